@@ -1,0 +1,219 @@
+//! What the last dozen readings say by themselves: the line through them, and with it an unknown angle.
+//!
+//! At rest no reading is trusted: the wiper may lie on insulation, holding or drifting. So the shaft is driven, and the
+//! readings must advance in a straight line relative to what the model predicts. Only then angle and speed are taken.
+
+use crate::angle::wrap;
+use crate::parameters::{Acquisition, WINDOW};
+use crate::scalar::square;
+
+/// One reading with what the model expected.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+struct Entry {
+    code: u16,
+    /// Angle read, moved back to its tick, rad.
+    angle: f32,
+    /// Angle predicted for the same tick, rad; only its differences count.
+    predicted: f32,
+}
+
+/// The readings in a row, newest first.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    entries: [Entry; WINDOW],
+    filled: u16,
+}
+
+/// The line through a full window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Angle at the newest sample, rad, −π … π.
+    pub angle: f32,
+    /// Speed, rad/s.
+    pub speed: f32,
+    /// Mean square of what the line leaves, rad².
+    pub residual: f32,
+    /// Largest code minus smallest.
+    pub code_spread: u16,
+}
+
+impl Default for Window {
+    fn default() -> Self {
+        Self { entries: [Entry::default(); WINDOW], filled: 0 }
+    }
+}
+
+impl Window {
+    /// Forgets everything: the readings are not in a row any more.
+    pub fn clear(&mut self) {
+        self.filled = 0;
+    }
+
+    /// Takes in a reading (rad) of a tick, the prediction (rad) for it, and its raw code.
+    pub fn push(&mut self, code: u16, angle: f32, predicted: f32) {
+        let mut carried = Entry { code, angle, predicted };
+        for slot in &mut self.entries {
+            core::mem::swap(slot, &mut carried);
+        }
+        self.filled = self.filled.saturating_add(1);
+    }
+
+    /// The line through the newest samples, once there are enough; `tick` in s.
+    #[must_use]
+    pub fn line(&self, acquisition: &Acquisition, tick: f32) -> Option<Line> {
+        if self.filled < acquisition.samples {
+            return None;
+        }
+        let count = f32::from(acquisition.samples);
+        let newest = self.entries.first()?;
+        let start = wrap(newest.angle - newest.predicted);
+        let middle = 0.5 * (count - 1.0);
+        let (mut sum, mut sum_age, mut sum_square) = (0.0, 0.0, 0.0);
+        let (mut travel, mut last) = (0.0, newest.predicted);
+        let (mut low, mut high) = (newest.code, newest.code);
+        let mut age = 0.0;
+        for entry in self.entries.iter().take(usize::from(acquisition.samples)) {
+            let deviation = wrap(wrap(entry.angle - entry.predicted) - start);
+            sum += deviation;
+            sum_age += (age - middle) * deviation;
+            sum_square += square(deviation);
+            travel += wrap(last - entry.predicted);
+            last = entry.predicted;
+            low = low.min(entry.code);
+            high = high.max(entry.code);
+            age += 1.0;
+        }
+        let mean = sum / count;
+        // Σ (age − middle)² of 0 … n−1.
+        let moment = count * (square(count) - 1.0) / 12.0;
+        let per_age = sum_age / moment;
+        let residual = sum_square / count - square(mean) - square(per_age) * moment / count;
+        let predicted_speed = travel / ((count - 1.0) * tick);
+        Some(Line {
+            angle: wrap(newest.predicted + start + mean - per_age * middle),
+            speed: predicted_speed - per_age / tick,
+            residual: if residual > 0.0 { residual } else { 0.0 },
+            code_spread: high.saturating_sub(low),
+        })
+    }
+}
+
+impl Line {
+    /// Whether the readings form a line at all.
+    #[must_use]
+    pub fn is_straight(&self, acquisition: &Acquisition) -> bool {
+        self.residual <= square(acquisition.residual)
+    }
+
+    /// Whether it gives an angle to start from; `direction` is that of the drive (+1, −1), 0 with the bridge off.
+    #[must_use]
+    pub fn is_trusted(&self, acquisition: &Acquisition, direction: f32) -> bool {
+        let forward = if direction.abs() > 0.5 { direction * self.speed } else { self.speed.abs() };
+        self.is_straight(acquisition) && forward >= acquisition.least_speed
+    }
+}
+
+/// A line that looks like a turning shaft, until a second one confirms it.
+///
+/// A held reading that drifts in the gap is a straight line too. But a shaft that starts from rest gains speed as the
+/// model does, and a drift does not: the second line, of other samples, must have followed the model at least half-way.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Candidate {
+    /// Line's and model's speed when it was found, rad/s.
+    first: Option<(f32, f32)>,
+    age: u16,
+}
+
+/// Speeds of two lines differ by this much from noise alone, rad/s.
+const SPEED_NOISE: f32 = 4.0;
+
+impl Candidate {
+    /// Forgets the candidate: the readings are not in a row any more.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes in a tick's trusted line with the model's speed (rad/s); true when it confirms the candidate.
+    pub fn confirm(&mut self, acquisition: &Acquisition, line: &Line, model_speed: f32) -> bool {
+        let Some((line_then, model_then)) = self.first else {
+            *self = Self { first: Some((line.speed, model_speed)), age: 0 };
+            return false;
+        };
+        self.age = self.age.saturating_add(1);
+        if self.age < acquisition.samples {
+            return false;
+        }
+        let gained = model_speed - model_then;
+        let deviation = (line.speed - line_then) - gained;
+        let confirmed = deviation.abs() <= 0.5 * gained.abs() + SPEED_NOISE;
+        *self = Self { first: Some((line.speed, model_speed)), age: 0 };
+        confirmed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ACQUISITION: Acquisition =
+        Acquisition { samples: 12, residual: 0.05, least_speed: 5.0, speed: 25.0, patience: 0.1 };
+    const TICK: f32 = 1e-3;
+
+    /// A window filled with a shaft's angle and what a model thought of it.
+    fn fill(truth: impl Fn(f32) -> f32, model: impl Fn(f32) -> f32) -> Line {
+        let mut window = Window::default();
+        for k in 0..12u16 {
+            assert!(window.line(&ACQUISITION, TICK).is_none());
+            let t = f32::from(k) * TICK;
+            window.push(k, wrap(truth(t)), wrap(model(t)));
+        }
+        window.line(&ACQUISITION, TICK).expect("full")
+    }
+
+    #[test]
+    fn a_line_over_the_seam_gives_angle_and_speed() {
+        let line = fill(|t| 3.0 + 40.0 * t, |t| 30.0 * t);
+        assert!((line.speed - 40.0).abs() < 1e-2, "{line:?}");
+        assert!(wrap(line.angle - (3.0 + 40.0 * 0.011)).abs() < 1e-4, "{line:?}");
+        assert!(line.is_trusted(&ACQUISITION, 1.0) && !line.is_trusted(&ACQUISITION, -1.0));
+    }
+
+    #[test]
+    fn an_accelerating_shaft_is_a_line_when_the_model_accelerates_too() {
+        let line = fill(|t| 1.0 + 10.0 * t + 550.0 * t * t, |t| 8.0 * t + 500.0 * t * t);
+        assert!(line.is_trusted(&ACQUISITION, 1.0), "{line:?}");
+        assert!((line.angle - (1.0 + 10.0 * 0.011 + 550.0 * 0.011 * 0.011)).abs() < 2e-3, "{line:?}");
+    }
+
+    #[test]
+    fn a_held_reading_is_not_trusted() {
+        let line = fill(|t| 0.3 + t, |t| 30.0 * t);
+        assert!(line.is_straight(&ACQUISITION) && !line.is_trusted(&ACQUISITION, 1.0), "{line:?}");
+    }
+
+    #[test]
+    fn noise_all_over_the_turn_is_not_a_line() {
+        let line = fill(|t| (t * 1e3).powi(3) * 1.7, |t| 30.0 * t);
+        assert!(!line.is_straight(&ACQUISITION), "{line:?}");
+    }
+
+    #[test]
+    fn the_spread_of_codes_is_told() {
+        assert_eq!(fill(|_| 0.0, |_| 0.0).code_spread, 11);
+    }
+
+    #[test]
+    fn a_drifting_reading_is_not_confirmed_and_a_starting_shaft_is() {
+        for (drifting, expected) in [(true, false), (false, true)] {
+            let mut candidate = Candidate::default();
+            let confirmed = (0..15u16).any(|tick| {
+                let model = 1.1 * f32::from(tick);
+                // A shaft that starts a third more slowly than the model.
+                let speed = if drifting { 15.0 } else { 10.0 + 0.7 * model };
+                let line = Line { angle: 0.0, speed, residual: 0.0, code_spread: 50 };
+                candidate.confirm(&ACQUISITION, &line, 10.0 + model)
+            });
+            assert_eq!(confirmed, expected, "drifting: {drifting}");
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! What the robot can be told to do, and why it may refuse.
+
+use core::f32::consts::{PI, TAU};
+
+use crate::parameters::Limits;
+use crate::supervisor::{Event, Fault};
+
+/// A command. Angles in rad, counter-clockwise positive, 0 in the middle of the potentiometer's gap; speeds in rad/s,
+/// counter-clockwise positive (the thesis's sign for the actuation frequency is converted at the edge, on the host).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Bridge off, ready.
+    Idle,
+    /// Bridge off, the shaft turns out; the state estimate goes on.
+    Coast,
+    /// Hold a speed and its phase.
+    Speed {
+        /// Target speed, rad/s.
+        omega: f32,
+    },
+    /// Swing between two angles through the short or the long way: `from < to`, both within one turn of zero.
+    Oscillate {
+        /// Lower turning point, rad.
+        from: f32,
+        /// Upper turning point, rad.
+        to: f32,
+        /// How the stroke is driven.
+        style: Stroke,
+    },
+    /// Go to an angle and stay.
+    Position {
+        /// Target, rad, −π … π.
+        angle: f32,
+    },
+    /// Leave the fault state; refused while its cause persists.
+    ClearFault,
+}
+
+/// How the oscillator drives a stroke.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Stroke {
+    /// Full voltage, reversed a predicted stopping distance before the bound.
+    #[default]
+    BangBang,
+    /// Proportional to the distance, as in the thesis (4.7–4.8).
+    Proportional,
+}
+
+/// Why a command is refused. The robot goes on with what it does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// A field is not a finite number.
+    NonFinite {
+        /// The field.
+        name: &'static str,
+    },
+    /// A field is out of its range.
+    OutOfRange {
+        /// The field.
+        name: &'static str,
+        /// What was given, SI.
+        value: f32,
+        /// Lowest allowed.
+        low: f32,
+        /// Highest allowed.
+        high: f32,
+    },
+    /// The robot is in the fault state: `ClearFault` first.
+    Faulted(Fault),
+    /// The cause of the fault is still there.
+    CausePersists(Fault),
+}
+
+impl core::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NonFinite { name } => write!(f, "{name} must be a finite number"),
+            Self::OutOfRange { name, value, low, high } => {
+                write!(f, "{name} must be from {low} to {high}, not {value}")
+            }
+            Self::Faulted(fault) => write!(f, "refused after the fault {fault:?}: clear it first"),
+            Self::CausePersists(fault) => write!(f, "the cause of the fault {fault:?} persists"),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+fn within(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), Refusal> {
+    if !value.is_finite() {
+        Err(Refusal::NonFinite { name })
+    } else if value < low || value > high {
+        Err(Refusal::OutOfRange { name, value, low, high })
+    } else {
+        Ok(())
+    }
+}
+
+impl Command {
+    /// Refuses what is not finite or beyond the robot's limits.
+    ///
+    /// # Errors
+    /// The first field that is wrong.
+    pub fn check(&self, limits: &Limits) -> Result<(), Refusal> {
+        match *self {
+            Self::Idle | Self::Coast | Self::ClearFault => Ok(()),
+            Self::Speed { omega } => {
+                within("omega", omega, -limits.speed, limits.speed)?;
+                within("|omega|", omega.abs(), limits.least_speed, limits.speed)
+            }
+            Self::Oscillate { from, to, .. } => {
+                within("from", from, -TAU, TAU)?;
+                within("to", to, -TAU, TAU)?;
+                within("to - from", to - from, limits.least_stroke, 2.0 * TAU)
+            }
+            Self::Position { angle } => within("angle", angle, -PI, PI),
+        }
+    }
+
+    /// What it asks of the state machine.
+    #[must_use]
+    pub fn event(&self) -> Event {
+        match self {
+            Self::Idle => Event::Idle,
+            Self::Coast => Event::Coast,
+            Self::Speed { .. } => Event::Speed,
+            Self::Oscillate { .. } => Event::Oscillate,
+            Self::Position { .. } => Event::Position,
+            Self::ClearFault => Event::Clear,
+        }
+    }
+}

@@ -1,0 +1,447 @@
+//! The tick: sample in, actuation out.
+
+use crate::acquire::{Candidate, Line, Window};
+use crate::clock::{Clock, Elapsed};
+use crate::command::{Command, Refusal};
+use crate::drive::{self, Drive};
+use crate::estimator::{Estimate, Estimator, Verdict};
+use crate::oscillator::Oscillator;
+use crate::parameters::{AngleSource, BlindArcHandling, ParameterError, Parameters, Tuning};
+use crate::position::{MovingAverage, PositionControl};
+use crate::sample::{Actuation, Sample};
+use crate::scalar::{clamp, sign};
+use crate::sensor::Reading;
+use crate::speed::SpeedControl;
+use crate::supervisor::{Event, Fault, State, Supervisor};
+use crate::telemetry::Telemetry;
+use crate::watch::{Facts, Watcher};
+
+/// What the present state works with.
+#[derive(Clone, Copy, Debug)]
+enum Mode {
+    Off,
+    Speed(SpeedControl),
+    Oscillate(Oscillator),
+    Position(PositionControl),
+}
+
+/// Every decision of the robot.
+#[derive(Clone, Copy, Debug)]
+pub struct Controller {
+    parameters: Parameters,
+    supervisor: Supervisor,
+    watcher: Watcher,
+    clock: Clock,
+    estimator: Estimator,
+    window: Window,
+    candidate: Candidate,
+    mode: Mode,
+    command: Command,
+    /// Age of the last accepted driving command, s.
+    age: f32,
+    /// Time of the last sample, µs; `None` before the first.
+    sampled_us: Option<u64>,
+    /// That time was no healthy clock's.
+    astray: bool,
+    tracking: bool,
+    /// How long the bridge has been driving without an angle, s.
+    searching: f32,
+    average: MovingAverage,
+    actuation: Actuation,
+    saturated: f32,
+    battery: Option<f32>,
+    /// Speed of the last straight line of readings, rad/s.
+    line_speed: Option<f32>,
+    telemetry: Telemetry,
+}
+
+impl Controller {
+    /// A controller at rest in `Idle`.
+    ///
+    /// # Errors
+    /// What [`Parameters::check`] finds.
+    pub fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        Ok(Self {
+            parameters: *parameters,
+            supervisor: Supervisor::default(),
+            watcher: Watcher::default(),
+            clock: Clock::default(),
+            estimator: Estimator::new(parameters),
+            window: Window::default(),
+            candidate: Candidate::default(),
+            mode: Mode::Off,
+            command: Command::Idle,
+            age: 0.0,
+            sampled_us: None,
+            astray: false,
+            tracking: false,
+            searching: 0.0,
+            average: MovingAverage::default(),
+            actuation: Actuation::OFF,
+            saturated: 0.0,
+            battery: None,
+            line_speed: None,
+            telemetry: Telemetry::default(),
+        })
+    }
+
+    /// The parameters that it runs on.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// What it saw and did in the last tick.
+    #[must_use]
+    pub fn telemetry(&self) -> Telemetry {
+        self.telemetry
+    }
+
+    /// Takes a command given at `time_us`. A repeated equal command only refreshes its age. A stamp ahead of the samples,
+    /// or more than a minute behind, comes from another clock or one that has wrapped: the command then counts as fresh.
+    ///
+    /// # Errors
+    /// Why it is refused; the robot goes on with what it does, and the age of the last accepted command counts on.
+    pub fn command(&mut self, command: Command, time_us: u64) -> Result<(), Refusal> {
+        command.check(&self.parameters.limits)?;
+        if let Some(fault) = self.supervisor.fault() {
+            if command != Command::ClearFault {
+                return Err(Refusal::Faulted(fault));
+            }
+            if self.persists(fault) {
+                return Err(Refusal::CausePersists(fault));
+            }
+        }
+        let Some(before) = self.supervisor.request(command.event()) else {
+            return Err(Refusal::Faulted(self.supervisor.fault().unwrap_or(Fault::CommandTooOld)));
+        };
+        if command.event() != Event::Clear {
+            self.age = self.age_on_arrival(time_us);
+        }
+        if command == Command::ClearFault {
+            if before == State::Fault {
+                self.command = Command::Idle;
+            }
+        } else if command != self.command || before != self.supervisor.state() {
+            self.command = command;
+            self.enter(before);
+        }
+        Ok(())
+    }
+
+    /// Age of a command with this stamp, s. From then on the samples' elapsed time is added, which no clock can stop.
+    fn age_on_arrival(&self, time_us: u64) -> f32 {
+        let age = self.sampled_us.map_or(0, |now| now.saturating_sub(time_us));
+        if age > OLDEST_US { 0.0 } else { seconds(age) }
+    }
+
+    /// Sets the mode up for a new command.
+    fn enter(&mut self, before: State) {
+        let slow = self.estimator.estimate().speed.abs() < self.parameters.acquisition.least_speed;
+        if self.supervisor.state().is_driving() && !before.is_driving() && slow {
+            // At rest no reading is trusted, nor what was known before somebody may have turned the shaft.
+            self.lose();
+        }
+        let x = self.estimator.estimate();
+        match (self.command, &mut self.mode) {
+            (Command::Speed { omega }, Mode::Speed(speed)) => speed.retarget(omega),
+            (Command::Position { angle }, Mode::Position(position)) => position.retarget(angle),
+            (Command::Speed { omega }, mode) => *mode = Mode::Speed(SpeedControl::new(omega, &x)),
+            (Command::Position { angle }, mode) => *mode = Mode::Position(PositionControl::new(angle)),
+            (Command::Oscillate { from, to, style }, mode) => {
+                *mode = Mode::Oscillate(Oscillator::new(from, to, style, &x));
+            }
+            (Command::Idle | Command::Coast | Command::ClearFault, mode) => *mode = Mode::Off,
+        }
+        if before != self.supervisor.state() {
+            self.average = MovingAverage::default();
+        }
+    }
+
+    fn persists(&self, fault: Fault) -> bool {
+        let limits = &self.parameters.supervisor;
+        match fault {
+            Fault::SupplyLow => self.battery.is_some_and(|volt| volt < limits.supply_low.limit),
+            Fault::Runaway => {
+                // In the blind arc there is no line: then the best guess.
+                self.line_speed.unwrap_or(self.estimator.estimate().speed).abs() > limits.runaway.limit
+            }
+            Fault::ClockFault => self.astray,
+            // The others only show while the bridge drives; they come back within their bounds.
+            _ => false,
+        }
+    }
+
+    /// One control period. Never panics, whatever the sample holds.
+    pub fn tick(&mut self, sample: &Sample) -> Actuation {
+        let elapsed = self.clock.advance(sample.time_us, self.parameters.tick);
+        self.sampled_us = Some(sample.time_us);
+        self.astray = elapsed.astray;
+        self.age += elapsed.seconds;
+        let reading = self.parameters.sensor.read(sample.angle);
+        self.measure_battery(sample);
+        let (verdict, line) = self.observe(sample, reading, elapsed);
+        self.supervise(sample, reading, verdict, line, elapsed);
+        self.actuate(sample, elapsed);
+        if !is_sound(&self.estimator.estimate(), self.actuation) {
+            self.lose();
+            self.actuation = Actuation::OFF;
+        }
+        self.report(sample, reading, verdict);
+        self.actuation
+    }
+
+    fn measure_battery(&mut self, sample: &Sample) {
+        let b = &self.parameters.battery;
+        self.battery = (b.volt_per_code > 0.0).then(|| b.volt_at_zero + b.volt_per_code * f32::from(sample.battery.0));
+    }
+
+    fn tuning(&self) -> Tuning {
+        match self.supervisor.state() {
+            State::Oscillate | State::Position => self.parameters.estimator.stroke,
+            _ => self.parameters.estimator.speed,
+        }
+    }
+
+    fn lose(&mut self) {
+        self.tracking = false;
+        self.searching = 0.0;
+        self.estimator.restart(&self.parameters);
+        self.window.clear();
+        self.candidate.clear();
+    }
+
+    /// Prediction, reading, acquisition.
+    fn observe(&mut self, sample: &Sample, reading: Reading, elapsed: Elapsed) -> (Option<Verdict>, Option<Line>) {
+        let tuning = self.tuning();
+        if elapsed.jumped {
+            self.lose();
+        }
+        if elapsed.ticks > 1 {
+            self.window.clear();
+        }
+        for _ in 0..elapsed.ticks {
+            self.estimator.predict(&self.parameters, &tuning, self.actuation);
+        }
+        if elapsed.ticks == 0 {
+            return (None, None);
+        }
+        let x = self.estimator.estimate();
+        let line = self.follow_readings(sample, reading, elapsed, &x);
+        self.line_speed = line.map(|line| line.speed);
+        let mut verdict = None;
+        if self.tracking {
+            let seen = match self.parameters.estimator.handling {
+                BlindArcHandling::Full => reading,
+                BlindArcHandling::None => Reading::Angle(self.parameters.sensor.angle(sample.angle)),
+            };
+            verdict = Some(self.estimator.update(&self.parameters, &tuning, seen, elapsed.offset));
+            if self.estimator.is_lost(&self.parameters) {
+                // The speed is still the best guess there is; only the angle starts over.
+                self.tracking = false;
+                self.window.clear();
+            }
+        } else if let Some(line) = line {
+            self.try_acquire(&line);
+        } else {
+            self.candidate.clear();
+        }
+        (verdict, line)
+    }
+
+    /// Keeps the window of readings that are in a row outside the arc.
+    fn follow_readings(&mut self, sample: &Sample, reading: Reading, elapsed: Elapsed, x: &Estimate) -> Option<Line> {
+        let p = &self.parameters;
+        match reading {
+            Reading::Angle(angle) if !p.sensor.is_blind(angle, 0.0) => {
+                self.window.push(sample.angle.0, angle - x.speed * elapsed.offset, x.angle);
+                self.window.line(&p.acquisition, p.tick).filter(|line| line.is_straight(&p.acquisition))
+            }
+            _ => {
+                self.window.clear();
+                None
+            }
+        }
+    }
+
+    fn try_acquire(&mut self, line: &Line) {
+        let direction = if self.actuation.enable { sign(self.actuation.duty) } else { 0.0 };
+        let acquisition = &self.parameters.acquisition;
+        if !line.is_trusted(acquisition, direction) {
+            self.candidate.clear();
+            return;
+        }
+        if !self.candidate.confirm(acquisition, line, self.estimator.estimate().speed) {
+            return;
+        }
+        let lag = self.parameters.sensor.lag(line.speed);
+        self.estimator.acquire(&self.parameters, line.angle + lag, line.speed);
+        self.tracking = true;
+        let x = self.estimator.estimate();
+        match &mut self.mode {
+            Mode::Speed(speed) => speed.anchor(&x),
+            Mode::Oscillate(oscillator) => oscillator.anchor(&x),
+            Mode::Position(_) | Mode::Off => {}
+        }
+    }
+
+    fn supervise(
+        &mut self,
+        sample: &Sample,
+        reading: Reading,
+        verdict: Option<Verdict>,
+        line: Option<Line>,
+        elapsed: Elapsed,
+    ) {
+        let facts = Facts {
+            code: sample.angle,
+            reading,
+            verdict,
+            line,
+            speed: self.estimator.estimate().speed,
+            actuation: self.actuation,
+            battery: self.battery,
+            age: self.age,
+            since_sample: elapsed.seconds,
+            astray: elapsed.astray,
+        };
+        let findings = self.watcher.look(&self.parameters, &facts);
+        self.supervisor.watch(&self.parameters.supervisor, &findings, elapsed.counted(self.parameters.tick));
+        if !self.supervisor.state().is_driving() {
+            self.mode = Mode::Off;
+        }
+    }
+
+    fn actuate(&mut self, sample: &Sample, elapsed: Elapsed) {
+        if !self.supervisor.state().is_driving() {
+            self.actuation = Actuation::OFF;
+            self.saturated = 0.0;
+            self.searching = 0.0;
+            return;
+        }
+        if self.parameters.position.source == AngleSource::MovingAverage && !matches!(self.mode, Mode::Speed(_)) {
+            self.actuate_as_the_thesis(sample, elapsed);
+            return;
+        }
+        let p = &self.parameters;
+        let x = self.estimator.estimate();
+        let supply = drive::supply(&p.bridge, self.actuation.duty, x.current);
+        let time = f32::from(elapsed.ticks) * p.tick;
+        self.searching = if self.tracking { 0.0 } else { self.searching + time };
+        let voltage = match &mut self.mode {
+            Mode::Speed(speed) => {
+                speed.advance(time);
+                if self.tracking {
+                    speed.voltage(p, &x, supply)
+                } else {
+                    speed.anchor(&x);
+                    search_voltage(p, speed.omega(), &x, self.searching)
+                }
+            }
+            // Any motion will do to find the angle.
+            Mode::Oscillate(_) | Mode::Position(_) if !self.tracking => {
+                search_voltage(p, p.acquisition.speed, &x, self.searching)
+            }
+            Mode::Oscillate(oscillator) => oscillator.voltage(p, &x, supply),
+            Mode::Position(position) => {
+                position.voltage(p, x.angle, self.saturated, time) + position.drag_voltage(p, &x)
+            }
+            Mode::Off => 0.0,
+        };
+        if !(voltage.is_finite() && x.speed.is_finite()) {
+            // A duty from no number would be full voltage one way.
+            self.lose();
+            self.actuation = Actuation::OFF;
+            self.saturated = 0.0;
+            return;
+        }
+        let Drive { duty, saturated } = drive::invert(&p.bridge, &p.motor, voltage, x.speed, supply);
+        self.actuation = Actuation { duty, enable: true };
+        self.saturated = saturated;
+    }
+
+    /// P on a moving average of the readings, wherever they come from, and no drop inverted: for comparison.
+    fn actuate_as_the_thesis(&mut self, sample: &Sample, elapsed: Elapsed) {
+        let p = &self.parameters;
+        let reading = p.sensor.angle(sample.angle);
+        let time = f32::from(elapsed.ticks) * p.tick;
+        let voltage = match &mut self.mode {
+            Mode::Oscillate(oscillator) => {
+                let averaged = self.average.push(reading, p.position.average);
+                let angle = Estimate { angle: averaged, speed: 0.0, current: 0.0, drag: 0.0 };
+                oscillator.thesis_voltage(p, &angle)
+            }
+            // It averages by itself.
+            Mode::Position(position) => position.voltage(p, reading, self.saturated, time),
+            Mode::Speed(_) | Mode::Off => 0.0,
+        };
+        let wanted = voltage / p.bridge.rail;
+        if !wanted.is_finite() {
+            self.lose();
+            self.actuation = Actuation::OFF;
+            self.saturated = 0.0;
+            return;
+        }
+        self.actuation = Actuation { duty: clamp(wanted, -1.0, 1.0), enable: true };
+        self.saturated = if wanted.abs() > 1.0 { sign(wanted) } else { 0.0 };
+    }
+
+    fn report(&mut self, sample: &Sample, reading: Reading, verdict: Option<Verdict>) {
+        let x = self.estimator.estimate();
+        let (reference_angle, reference_speed) = match &self.mode {
+            Mode::Speed(speed) => (speed.phase(), speed.omega()),
+            Mode::Oscillate(oscillator) => (oscillator.bound(), 0.0),
+            Mode::Position(position) => (position.target(), 0.0),
+            Mode::Off => (x.angle, 0.0),
+        };
+        self.telemetry = Telemetry {
+            time_us: sample.time_us,
+            state: self.supervisor.state(),
+            fault: self.supervisor.fault(),
+            tracking: self.tracking,
+            angle: x.angle,
+            speed: x.speed,
+            current: x.current,
+            drag: x.drag,
+            angle_variance: self.estimator.covariance().angle,
+            reference_angle,
+            reference_speed,
+            reading: match reading {
+                Reading::Angle(angle) => Some(angle),
+                Reading::LowEnd | Reading::HighEnd => None,
+            },
+            accepted: verdict == Some(Verdict::Accepted),
+            blind: self.estimator.is_blind(&self.parameters),
+            saturated: self.saturated.abs() > 0.5,
+            battery: self.battery.unwrap_or(0.0),
+            actuation: self.actuation,
+        };
+    }
+}
+
+/// Voltage while the angle is unknown: what the model needs for a speed that shows on the readings, and all there is
+/// when that has not brought an angle: the shaft may be heavier to turn than the model thinks.
+fn search_voltage(p: &Parameters, omega: f32, x: &Estimate, searching: f32) -> f32 {
+    let direction = if omega < 0.0 { -1.0 } else { 1.0 };
+    if searching > p.acquisition.patience {
+        return direction * p.bridge.rail;
+    }
+    let speed = if omega.abs() > p.acquisition.speed { omega.abs() } else { p.acquisition.speed };
+    SpeedControl::voltage_without_phase(p, direction * speed, x)
+}
+
+/// No link keeps a command for longer, µs.
+const OLDEST_US: u64 = 60_000_000;
+
+/// Whether a tick left numbers behind.
+fn is_sound(x: &Estimate, actuation: Actuation) -> bool {
+    let state = x.angle.is_finite() && x.speed.is_finite() && x.current.is_finite() && x.drag.is_finite();
+    state && actuation.duty.is_finite()
+}
+
+/// µs to s; ages beyond a few seconds only need to be large.
+#[expect(clippy::cast_precision_loss, reason = "an age is compared with limits of a second")]
+fn seconds(us: u64) -> f32 {
+    us as f32 * 1e-6
+}

@@ -1,0 +1,292 @@
+//! Kalman filter on [θ, ω, i] (thesis 4.1–4.3) with the drag torque as a fourth state, on the exact discretisation of
+//! the design, and with the measurement noise switched between the reliable zone and the blind arc.
+//!
+//! * The drag acts along −sign ω̂. When the direction changes, its column of the transition changes sign; the mean takes
+//!   the change within the tick into account, a shaft that friction holds stays where it is.
+//! * The current settles in 10 µs, so its error hangs on the speed's (`δi = −K/R δω`): the covariance is carried for
+//!   [θ, ω, τ] only, which is exact to L/(R T), about 1 %.
+//! * The measurement noise holds the linearity error of the potentiometer, far above the electrical noise.
+
+use crate::angle::wrap;
+use crate::drive;
+use crate::parameters::{BlindArcHandling, Parameters, Tuning};
+use crate::sample::Actuation;
+use crate::scalar::{clamp, sign, square};
+use crate::sensor::Reading;
+
+/// The state estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Estimate {
+    /// θ, rad, −π … π.
+    pub angle: f32,
+    /// ω, rad/s.
+    pub speed: f32,
+    /// i at the end of the last tick, A.
+    pub current: f32,
+    /// Drag torque along −sign ω, N·m.
+    pub drag: f32,
+}
+
+/// Covariance of [θ, ω, τ]: the upper triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Covariance {
+    /// θ, θ: rad².
+    pub angle: f32,
+    /// θ, ω.
+    pub angle_speed: f32,
+    /// θ, τ.
+    pub angle_drag: f32,
+    /// ω, ω: rad²/s².
+    pub speed: f32,
+    /// ω, τ.
+    pub speed_drag: f32,
+    /// τ, τ: (N·m)².
+    pub drag: f32,
+}
+
+/// What became of a reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Used with the noise of the reliable zone.
+    Accepted,
+    /// The estimate lies in the blind arc: used with the noise of the arc, or not at all.
+    Blind,
+    /// Beyond the gate, or a code that cannot come from here.
+    Rejected,
+}
+
+/// The filter.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimator {
+    estimate: Estimate,
+    covariance: Covariance,
+    /// The direction that the drag's column is written for, +1 or −1.
+    direction: f32,
+    /// Rejections that have not been outweighed by acceptances.
+    rejected: u16,
+}
+
+/// Below this speed friction may hold the shaft, rad/s.
+const REST_SPEED: f32 = 0.3;
+/// Speed uncertainty of a shaft that friction is believed to hold, rad²/s².
+const REST_VARIANCE: f32 = 0.25;
+/// A spread of the angle beyond which nothing is known, rad².
+const LOST_VARIANCE: f32 = 1.0;
+
+impl Estimator {
+    /// At rest, angle unknown.
+    #[must_use]
+    pub fn new(parameters: &Parameters) -> Self {
+        let estimate = Estimate { drag: parameters.motor.drag, ..Estimate::default() };
+        let mut filter = Self { estimate, covariance: Covariance::default(), direction: 1.0, rejected: 0 };
+        filter.reset_covariance(parameters);
+        filter
+    }
+
+    /// The estimate.
+    #[must_use]
+    pub fn estimate(&self) -> Estimate {
+        self.estimate
+    }
+
+    /// The covariance.
+    #[must_use]
+    pub fn covariance(&self) -> Covariance {
+        self.covariance
+    }
+
+    /// So many samples were rejected that the estimate cannot be right.
+    #[must_use]
+    pub fn is_lost(&self, parameters: &Parameters) -> bool {
+        // What is no number is lost too.
+        let is_known = self.covariance.angle <= LOST_VARIANCE;
+        self.rejected >= parameters.estimator.rejected_limit || !is_known
+    }
+
+    /// Starts over from a shaft at rest with an unknown angle and the expected drag.
+    pub fn restart(&mut self, parameters: &Parameters) {
+        *self = Self::new(parameters);
+    }
+
+    /// Takes over an acquired angle (rad) and speed (rad/s).
+    pub fn acquire(&mut self, parameters: &Parameters, angle: f32, speed: f32) {
+        self.estimate.angle = wrap(angle);
+        self.estimate.speed = speed;
+        self.direction = if speed < 0.0 { -1.0 } else { 1.0 };
+        self.rejected = 0;
+        self.reset_covariance(parameters);
+    }
+
+    fn reset_covariance(&mut self, parameters: &Parameters) {
+        let e = &parameters.estimator;
+        self.covariance = Covariance {
+            angle: square(e.initial_angle),
+            speed: square(e.initial_speed),
+            drag: square(e.initial_drag),
+            ..Covariance::default()
+        };
+    }
+
+    /// One control period under an actuation.
+    pub fn predict(&mut self, parameters: &Parameters, tuning: &Tuning, actuation: Actuation) {
+        let motor = &parameters.motor;
+        let t = &parameters.transition;
+        let x = self.estimate;
+        let supply = drive::supply(&parameters.bridge, actuation.duty, x.current);
+        let v = drive::effective(&parameters.bridge, motor, actuation, x.speed, supply);
+        let drag = if x.drag > 0.0 { x.drag } else { 0.0 };
+        let torque = motor.torque_constant * (v - motor.torque_constant * x.speed) / motor.resistance;
+
+        let direction = if x.speed.abs() > REST_SPEED {
+            sign(x.speed)
+        } else if torque.abs() > drag {
+            sign(torque)
+        } else {
+            self.hold(parameters, v);
+            return;
+        };
+        self.turn(direction);
+
+        let load = direction * x.drag;
+        let mut angle = x.angle + t.angle_speed * x.speed + t.angle_current * x.current + t.angle_voltage * v
+            - t.angle_torque * load;
+        let mut speed =
+            t.speed_speed * x.speed + t.speed_current * x.current + t.speed_voltage * v - t.speed_torque * load;
+        let current =
+            t.current_speed * x.speed + t.current_current * x.current + t.current_voltage * v - t.current_torque * load;
+        if direction * speed < 0.0 && direction * x.speed > 0.0 {
+            (angle, speed) = self.reverse(parameters, actuation, supply, drag, speed);
+        }
+        self.estimate = Estimate { angle: wrap(angle), speed, current, drag: x.drag };
+        self.spread(parameters, tuning);
+    }
+
+    /// The speed passes zero within the tick: the drag turns round with it, or holds the shaft.
+    fn reverse(&self, p: &Parameters, actuation: Actuation, supply: f32, drag: f32, end_speed: f32) -> (f32, f32) {
+        let x = &self.estimate;
+        let before = clamp(x.speed / (x.speed - end_speed), 0.0, 1.0);
+        let after = 1.0 - before;
+        let v = drive::effective(&p.bridge, &p.motor, actuation, 0.0, supply);
+        let torque = p.motor.torque_constant * v / p.motor.resistance;
+        let excess = torque.abs() - drag;
+        let speed = if excess > 0.0 { sign(torque) * excess * after * p.transition.speed_torque } else { 0.0 };
+        let travel = 0.5 * p.tick * (before * x.speed + after * speed);
+        (x.angle + travel, speed)
+    }
+
+    /// Friction holds the shaft.
+    fn hold(&mut self, parameters: &Parameters, v: f32) {
+        self.estimate.speed = 0.0;
+        self.estimate.current = v / parameters.motor.resistance;
+        let c = &mut self.covariance;
+        c.angle += REST_VARIANCE * square(parameters.tick);
+        c.angle_speed = REST_VARIANCE * parameters.tick;
+        c.speed = REST_VARIANCE;
+        c.angle_drag = 0.0;
+        c.speed_drag = 0.0;
+    }
+
+    /// Writes the drag's column for a direction.
+    fn turn(&mut self, direction: f32) {
+        if self.direction * direction < 0.0 {
+            self.covariance.angle_drag = -self.covariance.angle_drag;
+            self.covariance.speed_drag = -self.covariance.speed_drag;
+            self.direction = direction;
+        }
+    }
+
+    /// `P ← F P Fᵀ + Q` with F = [1, a, g₁; 0, b, g₂; 0, 0, 1].
+    fn spread(&mut self, parameters: &Parameters, tuning: &Tuning) {
+        let t = &parameters.transition;
+        let (a, b) = (t.angle_speed, t.speed_speed);
+        let (g1, g2) = (-self.direction * t.angle_torque, -self.direction * t.speed_torque);
+        let c = self.covariance;
+        let angle_drag = c.angle_drag + a * c.speed_drag + g1 * c.drag;
+        let speed_drag = b * c.speed_drag + g2 * c.drag;
+        let row = c.angle_speed + a * c.speed + g1 * c.speed_drag;
+        let disturbance = square(tuning.speed);
+        let half_tick = 0.5 * parameters.tick;
+        let next = Covariance {
+            angle: c.angle
+                + a * (c.angle_speed + row)
+                + g1 * (c.angle_drag + angle_drag)
+                + disturbance * square(half_tick),
+            angle_speed: b * row + g2 * angle_drag + disturbance * half_tick,
+            angle_drag,
+            speed: b * (b * c.speed + g2 * c.speed_drag) + g2 * speed_drag + disturbance,
+            speed_drag,
+            drag: c.drag + square(tuning.drag),
+        };
+        // Bounds that only a filter without readings reaches: it must not overflow however long it dead-reckons.
+        self.covariance = Covariance {
+            angle: next.angle.min(10.0),
+            angle_speed: clamp(next.angle_speed, -1e3, 1e3),
+            speed: next.speed.min(1e4),
+            drag: next.drag.min(square(parameters.motor.drag_limit)),
+            ..next
+        };
+    }
+
+    /// Takes in a reading that was converted `offset` (s) after its tick.
+    pub fn update(&mut self, parameters: &Parameters, tuning: &Tuning, reading: Reading, offset: f32) -> Verdict {
+        let handling = parameters.estimator.handling;
+        let blind = self.is_blind(parameters);
+        let angle = match reading {
+            Reading::Angle(angle) => angle,
+            // Codes of the ends carry no angle; far from the arc they contradict the estimate.
+            Reading::LowEnd | Reading::HighEnd => {
+                return self.judge(if blind { Verdict::Blind } else { Verdict::Rejected });
+            }
+        };
+        let shaft = angle + parameters.sensor.lag(self.estimate.speed);
+        let innovation = wrap(shaft - self.estimate.angle - self.estimate.speed * offset);
+        let noise = if blind { parameters.estimator.blind_reading } else { tuning.reading };
+        let spread = self.covariance.angle + square(noise);
+        let full = handling == BlindArcHandling::Full;
+        if full && square(innovation) > square(parameters.estimator.gate) * spread {
+            return self.judge(if blind { Verdict::Blind } else { Verdict::Rejected });
+        }
+        self.correct(parameters, innovation, spread);
+        self.judge(if blind { Verdict::Blind } else { Verdict::Accepted })
+    }
+
+    /// Whether the estimate lies where readings cannot be believed.
+    #[must_use]
+    pub fn is_blind(&self, parameters: &Parameters) -> bool {
+        parameters.estimator.handling == BlindArcHandling::Full && parameters.sensor.is_blind(self.estimate.angle, 0.0)
+    }
+
+    fn judge(&mut self, verdict: Verdict) -> Verdict {
+        self.rejected = match verdict {
+            Verdict::Accepted => self.rejected.saturating_sub(2),
+            Verdict::Blind => self.rejected,
+            Verdict::Rejected => self.rejected.saturating_add(1),
+        };
+        verdict
+    }
+
+    fn correct(&mut self, parameters: &Parameters, innovation: f32, spread: f32) {
+        let motor = &parameters.motor;
+        let c = self.covariance;
+        let inverse = 1.0 / spread;
+        let (k_angle, k_speed, k_drag) = (c.angle * inverse, c.angle_speed * inverse, c.angle_drag * inverse);
+        let x = &mut self.estimate;
+        x.angle = wrap(x.angle + k_angle * innovation);
+        x.speed += k_speed * innovation;
+        x.current -= motor.torque_constant / motor.resistance * k_speed * innovation;
+        x.drag = clamp(x.drag + k_drag * innovation, -0.25 * motor.drag_limit, motor.drag_limit);
+        self.covariance = Covariance {
+            angle: c.angle - k_angle * c.angle,
+            angle_speed: c.angle_speed - k_angle * c.angle_speed,
+            angle_drag: c.angle_drag - k_angle * c.angle_drag,
+            speed: positive(c.speed - k_speed * c.angle_speed),
+            speed_drag: c.speed_drag - k_speed * c.angle_drag,
+            drag: positive(c.drag - k_drag * c.angle_drag),
+        };
+    }
+}
+
+/// Rounding must not turn a variance negative.
+fn positive(variance: f32) -> f32 {
+    if variance > 0.0 { variance } else { 0.0 }
+}

@@ -1,0 +1,55 @@
+//! The few scalar functions that `core` lacks or that could panic there.
+
+/// `value` kept within `low ..= high`; `low` when it is not a number. Unlike `f32::clamp` it cannot panic.
+#[inline]
+#[must_use]
+pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
+    if value > high {
+        high
+    } else if value >= low {
+        value
+    } else {
+        low
+    }
+}
+
+/// −1, 0 or 1. 0 for zero and for what is not a number.
+#[inline]
+#[must_use]
+pub fn sign(value: f32) -> f32 {
+    if value > 0.0 {
+        1.0
+    } else if value < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// Square.
+#[inline]
+#[must_use]
+pub fn square(value: f32) -> f32 {
+    value * value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clamp_bears_everything() {
+        assert!((clamp(2.0, -1.0, 1.0) - 1.0).abs() < 1e-9);
+        assert!((clamp(-2.0, -1.0, 1.0) + 1.0).abs() < 1e-9);
+        assert!((clamp(0.5, -1.0, 1.0) - 0.5).abs() < 1e-9);
+        assert!((clamp(f32::NAN, -1.0, 1.0) + 1.0).abs() < 1e-9);
+        assert!((clamp(f32::INFINITY, -1.0, 1.0) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn sign_of_zero_and_of_no_number_is_zero() {
+        assert!(sign(0.0).abs() < 1e-9);
+        assert!(sign(f32::NAN).abs() < 1e-9);
+        assert!(sign(3.0) > 0.5 && sign(-3.0) < -0.5);
+    }
+}

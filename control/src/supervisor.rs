@@ -1,0 +1,361 @@
+//! The safety state machine: one table says what every command and every fault does in every state, another what is
+//! watched for. A fault ends with the bridge off and stays until `ClearFault`, and only once its cause is gone.
+
+use crate::parameters::{Supervisor as Limits, Watch};
+
+/// State of the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum State {
+    /// Bridge off, ready.
+    #[default]
+    Idle,
+    /// Holds a speed.
+    Speed,
+    /// Swings between two angles.
+    Oscillate,
+    /// Goes to an angle.
+    Position,
+    /// Bridge off, the shaft turns out.
+    Coast,
+    /// Bridge off until cleared.
+    Fault,
+}
+
+/// Cause of a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Driven hard, and the shaft does not turn.
+    Stall,
+    /// Faster than allowed, or turning against the drive.
+    Runaway,
+    /// No reading fits the motion: the wiper's wire is open.
+    SensorOpen,
+    /// The wiper is shorted to one end.
+    SensorShorted,
+    /// The reading does not change although the shaft should turn, outside the blind arc.
+    SensorFrozen,
+    /// The cell is below its limit.
+    SupplyLow,
+    /// No command for too long.
+    CommandTooOld,
+    /// The samples' time stands still, goes backwards or leaps.
+    ClockFault,
+}
+
+/// What can happen to the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// Command `Idle`.
+    Idle,
+    /// Command `Coast`.
+    Coast,
+    /// Command `Speed`.
+    Speed,
+    /// Command `Oscillate`.
+    Oscillate,
+    /// Command `Position`.
+    Position,
+    /// Command `ClearFault`, cause gone.
+    Clear,
+    /// A fault was found.
+    Fault,
+}
+
+/// Entry of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Go to (or stay in) a state.
+    To(State),
+    /// Not in this state.
+    Refused,
+}
+
+/// Every state.
+pub const STATES: [State; 6] =
+    [State::Idle, State::Speed, State::Oscillate, State::Position, State::Coast, State::Fault];
+/// Every event.
+pub const EVENTS: [Event; 7] =
+    [Event::Idle, Event::Coast, Event::Speed, Event::Oscillate, Event::Position, Event::Clear, Event::Fault];
+/// Every fault.
+pub const FAULTS: [Fault; 8] = [
+    Fault::Stall,
+    Fault::Runaway,
+    Fault::SensorOpen,
+    Fault::SensorShorted,
+    Fault::SensorFrozen,
+    Fault::SupplyLow,
+    Fault::CommandTooOld,
+    Fault::ClockFault,
+];
+
+const NO: Outcome = Outcome::Refused;
+const IDLE: Outcome = Outcome::To(State::Idle);
+const COAST: Outcome = Outcome::To(State::Coast);
+const SPEED: Outcome = Outcome::To(State::Speed);
+const OSCILLATE: Outcome = Outcome::To(State::Oscillate);
+const POSITION: Outcome = Outcome::To(State::Position);
+const FAULT: Outcome = Outcome::To(State::Fault);
+
+/// The table: a row a state, a column an event.
+#[rustfmt::skip]
+pub const TABLE: [(State, [(Event, Outcome); 7]); 6] = [
+    (State::Idle,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
+    (State::Speed,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, SPEED),     (Event::Fault, FAULT)]),
+    (State::Oscillate, [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, OSCILLATE), (Event::Fault, FAULT)]),
+    (State::Position,  [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, POSITION),  (Event::Fault, FAULT)]),
+    (State::Coast,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, COAST),     (Event::Fault, FAULT)]),
+    (State::Fault,     [(Event::Idle, NO),   (Event::Coast, NO),    (Event::Speed, NO),    (Event::Oscillate, NO),        (Event::Position, NO),       (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
+];
+
+/// Looks an event up.
+#[must_use]
+pub fn outcome(state: State, event: Event) -> Outcome {
+    for (row, columns) in &TABLE {
+        if *row == state {
+            for (column, outcome) in columns {
+                if *column == event {
+                    return *outcome;
+                }
+            }
+        }
+    }
+    // Not reached: the table is complete (tested for every pair). The bridge would be off.
+    FAULT
+}
+
+impl State {
+    /// Whether the bridge may drive.
+    #[must_use]
+    pub fn is_driving(self) -> bool {
+        matches!(self, Self::Speed | Self::Oscillate | Self::Position)
+    }
+}
+
+/// One row of what is watched.
+#[derive(Clone, Copy)]
+pub struct Trigger {
+    /// The fault that it raises.
+    pub fault: Fault,
+    /// Unit of its limit.
+    pub unit: &'static str,
+    /// Its limit, persistence and bound among the parameters.
+    pub watch: fn(&Limits) -> &Watch,
+}
+
+/// What is watched while the bridge drives. Earlier rows win where several are due at once.
+pub const TRIGGERS: [Trigger; 8] = [
+    Trigger { fault: Fault::SupplyLow, unit: "V", watch: |limits| &limits.supply_low },
+    Trigger { fault: Fault::CommandTooOld, unit: "s", watch: |limits| &limits.command_old },
+    Trigger { fault: Fault::ClockFault, unit: "s", watch: |limits| &limits.clock },
+    Trigger { fault: Fault::SensorShorted, unit: "rad/s", watch: |limits| &limits.sensor_shorted },
+    Trigger { fault: Fault::SensorFrozen, unit: "codes", watch: |limits| &limits.sensor_frozen },
+    Trigger { fault: Fault::Runaway, unit: "rad/s", watch: |limits| &limits.runaway },
+    Trigger { fault: Fault::Stall, unit: "rad/s", watch: |limits| &limits.stall },
+    Trigger { fault: Fault::SensorOpen, unit: "rad/s", watch: |limits| &limits.sensor_open },
+];
+
+/// What a tick says about one fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Evidence {
+    /// The cause is there.
+    Present,
+    /// The cause is not there.
+    #[default]
+    Absent,
+    /// This tick cannot tell, e.g. in the blind arc.
+    Unknown,
+}
+
+/// Absence takes back evidence so many times as fast as presence gathers it: a single noisy tick must not hide a fault.
+const FORGET: f32 = 4.0;
+
+/// What a tick says about every fault, in the order of [`TRIGGERS`].
+pub type Findings = [Evidence; TRIGGERS.len()];
+
+/// The state machine with its timers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Supervisor {
+    state: State,
+    fault: Option<Fault>,
+    /// How long the evidence of each trigger has lasted, less what was taken back, s.
+    lasted: [f32; TRIGGERS.len()],
+}
+
+impl Supervisor {
+    /// The state.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Why it is in `State::Fault`; `None` elsewhere.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Tries an event that comes from a command: the state before, or `None` if refused.
+    pub fn request(&mut self, event: Event) -> Option<State> {
+        let before = self.state;
+        match outcome(before, event) {
+            Outcome::Refused => None,
+            Outcome::To(state) => {
+                if state != before {
+                    self.lasted = [0.0; TRIGGERS.len()];
+                }
+                if state != State::Fault {
+                    self.fault = None;
+                }
+                self.state = state;
+                Some(before)
+            }
+        }
+    }
+
+    /// Raises a fault at once. The first one stays named.
+    pub fn raise(&mut self, fault: Fault) {
+        if self.state != State::Fault {
+            self.fault = Some(fault);
+        }
+        self.request(Event::Fault);
+    }
+
+    /// Weighs the findings of a tick of `elapsed` s. Nothing is watched while the bridge is off.
+    pub fn watch(&mut self, limits: &Limits, findings: &Findings, elapsed: f32) {
+        if !self.state.is_driving() {
+            return;
+        }
+        let mut due = None;
+        for ((trigger, finding), lasted) in TRIGGERS.iter().zip(findings).zip(&mut self.lasted) {
+            match finding {
+                Evidence::Present => *lasted += elapsed,
+                Evidence::Absent => *lasted = (*lasted - FORGET * elapsed).max(0.0),
+                Evidence::Unknown => {}
+            }
+            if *finding == Evidence::Present && *lasted >= (trigger.watch)(limits).persistence && due.is_none() {
+                due = Some(trigger.fault);
+            }
+        }
+        if let Some(fault) = due {
+            self.raise(fault);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WATCH: Watch = Watch { limit: 1.0, persistence: 0.1, bound: 0.2 };
+    const LIMITS: Limits = Limits {
+        stall: WATCH,
+        runaway: WATCH,
+        sensor_open: WATCH,
+        sensor_shorted: WATCH,
+        sensor_frozen: WATCH,
+        supply_low: WATCH,
+        command_old: WATCH,
+        clock: WATCH,
+        driven_duty: 0.5,
+    };
+
+    fn supervisor_in(state: State) -> Supervisor {
+        let fault = (state == State::Fault).then_some(Fault::Stall);
+        Supervisor { state, fault, lasted: [0.0; TRIGGERS.len()] }
+    }
+
+    #[test]
+    fn the_table_has_every_pair_exactly_once() {
+        for state in STATES {
+            assert_eq!(TABLE.iter().filter(|row| row.0 == state).count(), 1);
+            for event in EVENTS {
+                let entries = TABLE.iter().filter(|row| row.0 == state).flat_map(|row| row.1.iter());
+                assert_eq!(entries.filter(|entry| entry.0 == event).count(), 1, "{state:?} {event:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_event_in_every_state() {
+        for state in STATES {
+            for event in EVENTS {
+                let mut supervisor = supervisor_in(state);
+                let accepted = if event == Event::Fault {
+                    supervisor.raise(Fault::Stall);
+                    true
+                } else {
+                    supervisor.request(event).is_some()
+                };
+                let now = supervisor.state();
+                if event == Event::Fault {
+                    assert!(accepted && now == State::Fault, "{state:?}");
+                } else if state == State::Fault {
+                    assert_eq!(accepted, event == Event::Clear, "{event:?}");
+                    assert_eq!(now == State::Idle, event == Event::Clear, "{event:?}");
+                } else {
+                    assert!(accepted && now != State::Fault, "{state:?} {event:?}");
+                }
+                assert_eq!(now == State::Fault, supervisor.fault().is_some());
+            }
+        }
+    }
+
+    #[test]
+    fn a_fault_is_only_left_by_clear_and_keeps_its_first_name() {
+        for first in FAULTS {
+            let mut supervisor = supervisor_in(State::Speed);
+            supervisor.raise(first);
+            for event in EVENTS.iter().filter(|event| **event != Event::Clear) {
+                supervisor.request(*event);
+                assert_eq!(supervisor.state(), State::Fault, "{event:?}");
+            }
+            for second in FAULTS {
+                supervisor.raise(second);
+                assert_eq!(supervisor.fault(), Some(first));
+            }
+            supervisor.request(Event::Clear);
+            assert_eq!((supervisor.state(), supervisor.fault()), (State::Idle, None));
+        }
+    }
+
+    #[test]
+    fn every_trigger_in_every_state_ends_with_the_bridge_off_after_its_persistence() {
+        for state in STATES {
+            for (index, trigger) in TRIGGERS.iter().enumerate() {
+                let mut supervisor = supervisor_in(state);
+                let mut findings = [Evidence::Absent; TRIGGERS.len()];
+                findings[index] = Evidence::Present;
+                for tick in 0..200 {
+                    let off = !supervisor.state().is_driving();
+                    assert!(off == (!state.is_driving() || tick >= 100), "{state:?} {:?} {tick}", trigger.fault);
+                    supervisor.watch(&LIMITS, &findings, 1.001e-3);
+                }
+                assert_eq!(
+                    supervisor.fault() == Some(trigger.fault),
+                    state.is_driving() || state == State::Fault && trigger.fault == Fault::Stall
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_fault_has_its_trigger() {
+        for fault in FAULTS {
+            assert_eq!(TRIGGERS.iter().filter(|trigger| trigger.fault == fault).count(), 1, "{fault:?}");
+        }
+    }
+
+    #[test]
+    fn evidence_that_is_unknown_waits_and_absence_takes_it_back() {
+        let mut supervisor = supervisor_in(State::Speed);
+        let with = |evidence| [evidence; TRIGGERS.len()];
+        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06);
+        supervisor.watch(&LIMITS, &with(Evidence::Unknown), 10.0);
+        assert_eq!(supervisor.state(), State::Speed);
+        supervisor.watch(&LIMITS, &with(Evidence::Absent), 0.02);
+        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06);
+        assert_eq!(supervisor.state(), State::Speed);
+        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06);
+        assert_eq!(supervisor.state(), State::Fault);
+    }
+}

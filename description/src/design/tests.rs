@@ -1,0 +1,79 @@
+use super::*;
+use crate::robot::Sensor;
+
+fn default_robot() -> Robot {
+    Robot::load(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml")).unwrap()
+}
+
+#[test]
+fn the_default_robot_gets_a_stable_loop_with_margins() {
+    let design = design(&default_robot()).unwrap();
+    for pole in design.regulator_poles.iter().chain(&design.filter_poles) {
+        assert!(pole.norm() < 1.0 - 1e-6, "{pole}");
+    }
+    assert!(design.residuals.iter().all(|residual| *residual < 1e-8), "{:?}", design.residuals);
+    assert!(design.loop_margins.phase > 0.5, "{:?}", design.loop_margins);
+    assert!(design.loop_margins.delay > 2.0 * design.discrete.period, "{:?}", design.loop_margins);
+    assert!((8.5..9.5).contains(&(design.ceiling / TAU)), "{} Hz", design.ceiling / TAU);
+}
+
+#[test]
+fn the_arc_of_the_default_robot_is_wider_than_the_gap_and_not_symmetric() {
+    let sensor = design(&default_robot()).unwrap().parameters.sensor;
+    assert!((60.0..72.0).contains(&sensor.arc_width().to_degrees()), "{} deg", sensor.arc_width().to_degrees());
+    assert!((sensor.blind_from + sensor.blind_to).abs().to_degrees() > 3.0);
+}
+
+#[test]
+fn the_map_inverts_the_nominal_curve() {
+    let robot = default_robot();
+    let map = design(&robot).unwrap().parameters.sensor;
+    let Sensor::Potentiometer(potentiometer) = &robot.sensor else { panic!("potentiometer expected") };
+    let (curve, track) =
+        (crate::angle_code::AdcCurve::new(&potentiometer.adc), crate::angle_code::Track::new(potentiometer));
+    for code in map.lowest_code..=map.highest_code {
+        let truth = track.angle(curve.voltage(f64::from(code)));
+        let error =
+            (f64::from(map.angle(control::AdcCode(code))) - truth + 9.0 * TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+        assert!(error.abs().to_degrees() < 0.1, "code {code}: {} deg off", error.to_degrees());
+    }
+}
+
+#[test]
+fn the_filter_of_the_controller_settles_where_the_design_says() {
+    // f32 with the current slaved to the speed against f64 with all four states.
+    let design = design(&default_robot()).unwrap();
+    let mut p = design.parameters;
+    (p.sensor.blind_from, p.sensor.blind_to) = (0.0, 0.0);
+    let mut filter = control::estimator::Estimator::new(&p);
+    filter.acquire(&p, 2.0, 40.0);
+    for _ in 0..4000 {
+        filter.predict(&p, &p.estimator.speed, control::Actuation { duty: 0.95, enable: true });
+        let reading = control::sensor::Reading::Angle(filter.estimate().angle);
+        filter.update(&p, &p.estimator.speed, reading, 0.0);
+    }
+    let covariance = filter.covariance();
+    let steady = &design.filter.corrected;
+    for (name, f32_value, f64_value) in [
+        ("θθ", covariance.angle, steady[(0, 0)]),
+        ("ωω", covariance.speed, steady[(1, 1)]),
+        ("ττ", covariance.drag, steady[(3, 3)]),
+    ] {
+        let ratio = f64::from(f32_value) / f64_value;
+        assert!((ratio - 1.0).abs() < 0.03, "{name}: {f32_value:e} against {f64_value:e}");
+    }
+}
+
+#[test]
+fn a_missing_number_is_named() {
+    let mut robot = default_robot();
+    robot.controller.as_mut().unwrap().numbers.remove("lqg.phase_deg");
+    assert_eq!(design(&robot).unwrap_err(), DesignError::Missing { field: "controller.lqg.phase_deg".into() });
+}
+
+#[test]
+fn a_motor_without_torque_is_refused() {
+    let mut robot = default_robot();
+    robot.motor.torque_constant_nm_per_a.value = 1e-30;
+    assert!(matches!(design(&robot), Err(DesignError::NotStabilisable { what: "regulator", .. })));
+}

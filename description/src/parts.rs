@@ -1,0 +1,202 @@
+//! What stands behind a key: quantities, numbers, lists, texts, words.
+
+use std::ops::RangeInclusive;
+
+use crate::robot::Quantity;
+use crate::schema::{Part, Place, Reader, Shape, nearest};
+use crate::tree::{Entry, Value};
+use crate::unit;
+
+impl Part for Quantity {
+    type Spec = RangeInclusive<f64>;
+
+    fn shape(spec: &Self::Spec) -> Shape {
+        Shape::Quantity(*spec.start(), *spec.end())
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, spec: &Self::Spec) -> Option<Self> {
+        let unit = unit::of(place.key);
+        let allowed = unit::range(*spec.start(), *spec.end(), unit);
+        let how = format!("`{} = {{ value = …, low = …, high = …, source = \"…\" }}` within {allowed}", place.key);
+        let entry = reader.need(place, "field", how)?;
+        read_quantity(reader, &place.field(), entry, (*spec.start(), *spec.end()), unit)
+    }
+}
+
+/// The keys of a quantity.
+const QUANTITY_KEYS: [&str; 4] = ["value", "low", "high", "source"];
+
+fn read_quantity(reader: &mut Reader, field: &str, entry: &Entry, bounds: (f64, f64), unit: &str) -> Option<Quantity> {
+    let Value::Table(table) = &entry.value else {
+        let message = format!("expected {{ value, low, high, source }}, found {}", entry.value.what());
+        let help = match entry.value {
+            Value::Number(number) => {
+                format!(
+                    "write {{ value = {number}, low = …, high = …, source = \"…\" }}: a number has its spread and source"
+                )
+            }
+            _ => "a number has its spread and source".into(),
+        };
+        reader.wrong(&entry.value_at, field, message, Some(help));
+        return None;
+    };
+    reader.refuse_unknown(table, field, &QUANTITY_KEYS);
+    let mut numbers = [None; 3];
+    for (slot, key) in numbers.iter_mut().zip(QUANTITY_KEYS) {
+        let place = Place { table, path: field, key, meaning: "value and the ends of its plausible range" };
+        if let Some(entry) = reader.need(&place, "field", format!("`{key} = …`")) {
+            *slot = reader.number(&entry.value_at, place.field(), &entry.value, bounds, unit);
+        }
+    }
+    let place = Place { table, path: field, key: "source", meaning: "data sheet, paper, measurement or estimate" };
+    let source = String::read(reader, &place, &())?;
+    let [Some(value), Some(low), Some(high)] = numbers else { return None };
+    if !(low <= value && value <= high) {
+        let show = unit::number;
+        let message = format!(
+            "low ≤ value ≤ high is required, found low {}, value {}, high {}",
+            show(low),
+            show(value),
+            show(high)
+        );
+        reader.wrong(&entry.value_at, field, message, None);
+        return None;
+    }
+    Some(Quantity { value, low, high, source })
+}
+
+impl Part for f64 {
+    type Spec = RangeInclusive<f64>;
+
+    fn shape(spec: &Self::Spec) -> Shape {
+        Shape::Number(*spec.start(), *spec.end())
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, spec: &Self::Spec) -> Option<Self> {
+        let entry = reader.need(place, "field", format!("`{} = …`", place.key))?;
+        let bounds = (*spec.start(), *spec.end());
+        reader.number(&entry.value_at, place.field(), &entry.value, bounds, unit::of(place.key))
+    }
+}
+
+impl Part for Vec<f64> {
+    type Spec = RangeInclusive<f64>;
+
+    fn shape(spec: &Self::Spec) -> Shape {
+        Shape::Numbers(*spec.start(), *spec.end())
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, spec: &Self::Spec) -> Option<Self> {
+        let entry = reader.need(place, "field", format!("`{} = […]`", place.key))?;
+        let Value::Array(items) = &entry.value else {
+            reader.wrong_type(place, entry, "an array of numbers");
+            return None;
+        };
+        let bounds = (*spec.start(), *spec.end());
+        let read: Vec<_> = items
+            .iter()
+            .map(|(at, item)| reader.number(at, place.field(), item, bounds, unit::of(place.key)))
+            .collect();
+        read.into_iter().collect()
+    }
+}
+
+impl Part for Vec<[f64; 2]> {
+    /// Bounds of the first and of the second number of a pair.
+    type Spec = [RangeInclusive<f64>; 2];
+
+    fn shape(_: &Self::Spec) -> Shape {
+        Shape::Pairs("charge 0 … 1 and voltage, both increasing, from charge 0 to charge 1")
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, spec: &Self::Spec) -> Option<Self> {
+        let entry = reader.need(place, "field", format!("`{} = [[…, …], …]`", place.key))?;
+        let Value::Array(items) = &entry.value else {
+            reader.wrong_type(place, entry, "an array of pairs");
+            return None;
+        };
+        let mut pairs = Vec::with_capacity(items.len());
+        for (at, item) in items {
+            let Value::Array(pair) = item else {
+                let message = format!("expected a pair of numbers, found {}", item.what());
+                reader.wrong(at, place.field(), message, None);
+                return None;
+            };
+            let [(first_at, first), (second_at, second)] = pair.as_slice() else {
+                reader.wrong(at, place.field(), format!("expected 2 numbers, found {}", pair.len()), None);
+                return None;
+            };
+            let bounds = |index: usize| (*spec[index].start(), *spec[index].end());
+            let first = reader.number(first_at, place.field(), first, bounds(0), "1");
+            let second = reader.number(second_at, place.field(), second, bounds(1), unit::of(place.key));
+            pairs.push([first?, second?]);
+        }
+        Some(pairs)
+    }
+}
+
+impl Part for String {
+    type Spec = ();
+
+    fn shape((): &()) -> Shape {
+        Shape::Text
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, (): &()) -> Option<Self> {
+        let entry = reader.need(place, "field", format!("`{} = \"…\"`", place.key))?;
+        match &entry.value {
+            Value::Text(text) if !text.trim().is_empty() => Some(text.clone()),
+            Value::Text(_) => {
+                reader.wrong(&entry.value_at, place.field(), "must not be empty", None);
+                None
+            }
+            _ => {
+                reader.wrong_type(place, entry, "a text");
+                None
+            }
+        }
+    }
+}
+
+/// One of a few words.
+pub(crate) fn read_word<T: Copy>(reader: &mut Reader, place: &Place<'_>, words: &[(&'static str, T)]) -> Option<T> {
+    let names: Vec<_> = words.iter().map(|(name, _)| *name).collect();
+    let allowed = format!("allowed are {}", names.join(", "));
+    let entry = reader.need(place, "field", format!("`{} = \"…\"`, {allowed}", place.key))?;
+    let Value::Text(text) = &entry.value else {
+        reader.wrong_type(place, entry, "a text");
+        return None;
+    };
+    let found = words.iter().find(|(name, _)| name == text).map(|(_, word)| *word);
+    if found.is_none() {
+        let near = nearest(text, &names).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+        let help = Some(format!("{near}{allowed}"));
+        reader.wrong(&entry.value_at, place.field(), format!("unknown {} `{text}`", place.key), help);
+    }
+    found
+}
+
+impl<T: Part> Part for Option<T> {
+    type Spec = T::Spec;
+    const OPTIONAL: bool = true;
+
+    fn shape(spec: &Self::Spec) -> Shape {
+        T::shape(spec)
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, spec: &Self::Spec) -> Option<Self> {
+        if place.entry().is_none() { Some(None) } else { T::read(reader, place, spec).map(Some) }
+    }
+}
+
+impl<T: Part> Part for Box<T> {
+    type Spec = T::Spec;
+
+    fn shape(spec: &Self::Spec) -> Shape {
+        T::shape(spec)
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, spec: &Self::Spec) -> Option<Self> {
+        T::read(reader, place, spec).map(Box::new)
+    }
+}

@@ -1,0 +1,62 @@
+//! The robot files that come with the project.
+
+use std::path::{Path, PathBuf};
+
+use description::Robot;
+use description::robot::Sensor;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn load(name: &str) -> Robot {
+    Robot::load(&root().join(name)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn every_robot_file_loads() {
+    let mut names = vec!["robot.toml".to_owned()];
+    for entry in std::fs::read_dir(root().join("robots")).unwrap() {
+        names.push(format!("robots/{}", entry.unwrap().file_name().to_string_lossy()));
+    }
+    assert!(names.len() >= 4, "{names:?}");
+    let robots: Vec<_> = names.iter().map(|name| load(name).name).collect();
+    let mut unique = robots.clone();
+    unique.sort();
+    unique.dedup();
+    assert_eq!(unique.len(), robots.len(), "two robots with one name: {robots:?}");
+}
+
+#[test]
+fn the_linear_bench_has_no_effects() {
+    let bench = load("robots/bench-linear.toml");
+    assert_eq!(bench.effects, description::robot::Effects::default());
+    assert_eq!(bench.sensor, Sensor::Ideal);
+    assert_eq!(bench.supply.battery, None);
+    assert_eq!(bench.driver.pwm_steps.value, 0.0);
+    assert!(bench.controller.is_some());
+    assert_eq!(bench.motor, load("robot.toml").motor);
+}
+
+/// The highest steady frequency, Hz, from the file's own nominal numbers.
+fn ceiling_hz(robot: &Robot) -> f64 {
+    let motor = &robot.motor;
+    let drop = robot.effects.driver_drop.as_ref().unwrap();
+    let sag = robot.effects.battery_sag.as_ref().unwrap();
+    let friction = robot.effects.coulomb_friction.as_ref().unwrap().torque_nm.value;
+    let k = motor.torque_constant_nm_per_a.value;
+    let resistance =
+        motor.resistance_ohm.value + drop.slope_ohm.value + sag.resistance_ohm.value + sag.relaxation_ohm.value;
+    // k i = friction + b ω and k ω = supply − drop − resistance i
+    let voltage = robot.supply.rail_v.value - drop.drop_v.value;
+    let damping = k + resistance * motor.viscous_nm_s_per_rad.value / k;
+    (voltage - resistance * friction / k) / damping / std::f64::consts::TAU
+}
+
+#[test]
+fn the_motors_reach_what_the_thesis_says() {
+    let fast = ceiling_hz(&load("robot.toml"));
+    assert!((8.5..9.5).contains(&fast), "26:1: {fast} Hz");
+    let slow = ceiling_hz(&load("robots/motor-136.toml"));
+    assert!(slow < 6.0, "136:1: {slow} Hz");
+}

@@ -1,0 +1,115 @@
+//! The converter behind the wiper: the ESP32's curve, its integral nonlinearity, noise, spikes, and when it converts.
+
+use std::f64::consts::TAU;
+
+use description::angle_code::AdcCurve;
+use description::robot;
+
+use crate::random::{Source, Stream};
+
+/// Most conversions in a tick.
+pub const MAX_CONVERSIONS: usize = 32;
+
+/// A converter with the streams of its nuisances.
+#[derive(Clone, Debug)]
+pub struct Adc {
+    /// Nominal curve.
+    pub curve: AdcCurve,
+    /// Standard deviation of the noise, LSB.
+    pub noise_lsb: f64,
+    /// Share of conversions that are spikes, 0 … 1.
+    pub spike_share: f64,
+    /// Standard deviation of a spike, LSB.
+    pub spike_lsb: f64,
+    /// Conversions per tick of which the median is taken.
+    pub conversions: usize,
+    /// Duration of one conversion, s.
+    pub conversion_s: f64,
+    /// Standard deviation of the tick's sampling instant, s.
+    pub jitter_s: f64,
+    inl: Inl,
+    noise: Stream,
+    spikes: Stream,
+    jitter: Stream,
+}
+
+/// Integral nonlinearity: a smooth error of a given peak over the scale, its phase differing from part to part.
+#[derive(Clone, Copy, Debug)]
+struct Inl {
+    peak_lsb: f64,
+    waves: f64,
+    phase: f64,
+}
+
+impl Inl {
+    /// Two to five waves over the scale, as the ESP32's published plots show (estimate).
+    fn draw(peak_lsb: f64, stream: &mut Stream) -> Self {
+        Self { peak_lsb, waves: stream.uniform(2.0, 5.0), phase: stream.uniform(0.0, TAU) }
+    }
+
+    fn error(&self, share: f64) -> f64 {
+        if self.peak_lsb == 0.0 { 0.0 } else { self.peak_lsb * (TAU * self.waves * share + self.phase).sin() }
+    }
+}
+
+impl Adc {
+    /// From the file: nominal values, the noise level drawn from its range.
+    #[must_use]
+    pub fn new(adc: &robot::Adc, seed: u64) -> Self {
+        let level = Stream::new(seed, Source::NoiseLevel).uniform(adc.noise_lsb.low, adc.noise_lsb.high);
+        Self {
+            curve: AdcCurve::new(adc),
+            noise_lsb: level,
+            spike_share: adc.spike_share.value,
+            spike_lsb: adc.spike_lsb.value,
+            conversions: (adc.conversions.value.round() as usize).clamp(1, MAX_CONVERSIONS),
+            conversion_s: adc.conversion_s.value,
+            jitter_s: adc.jitter_s.value,
+            inl: Inl::draw(adc.inl_lsb.value, &mut Stream::new(seed, Source::Inl)),
+            noise: Stream::new(seed, Source::Noise),
+            spikes: Stream::new(seed, Source::Spikes),
+            jitter: Stream::new(seed, Source::Jitter),
+        }
+    }
+
+    /// One conversion of a voltage (V).
+    ///
+    /// The noise is at the input: where the curve is flat (below the dead zone, in saturation) it does not show. A spike
+    /// is in the code.
+    pub fn convert(&mut self, voltage: f64) -> u16 {
+        let noise = self.noise_lsb * self.noise.normal();
+        let spike =
+            if self.spikes.uniform(0.0, 1.0) < self.spike_share { self.spike_lsb * self.spikes.normal() } else { 0.0 };
+        let mut code = self.curve.code(voltage + noise / self.curve.codes_per_v);
+        if code > 0.0 && code < self.curve.top_code {
+            code += self.inl.error(code / self.curve.top_code);
+        }
+        (code + spike).round().clamp(0.0, self.curve.top_code) as u16
+    }
+
+    /// The instants of this tick's conversions against the tick, s, earliest first: evenly spaced around it, all moved
+    /// by one draw of the jitter (the timer's latency is common to them).
+    pub fn instants(&mut self) -> impl Iterator<Item = f64> + use<> {
+        let first = self.jitter_s * self.jitter.normal() - 0.5 * (self.conversions - 1) as f64 * self.conversion_s;
+        let spacing = self.conversion_s;
+        (0..self.conversions).map(move |index| first + index as f64 * spacing)
+    }
+
+    /// The tick's code: the median of conversions at the voltages (V) that `wiper` gives at each instant (s against
+    /// the tick). Of an even number the lower middle one.
+    pub fn sample(&mut self, mut wiper: impl FnMut(f64) -> f64) -> u16 {
+        let mut codes = [0u16; MAX_CONVERSIONS];
+        for (instant, code) in self.instants().zip(&mut codes) {
+            *code = self.convert(wiper(instant));
+        }
+        let codes = &mut codes[..self.conversions];
+        codes.sort_unstable();
+        codes[(codes.len() - 1) / 2]
+    }
+
+    /// How far before the tick a conversion can lie, s (six standard deviations of jitter).
+    #[must_use]
+    pub fn reach_s(&self) -> f64 {
+        0.5 * self.conversions as f64 * self.conversion_s + 6.0 * self.jitter_s
+    }
+}

@@ -1,0 +1,77 @@
+//! Seeded randomness, one stream for every source, so that turning one nuisance off leaves the others' bits alone.
+
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
+
+/// What a stream of random numbers is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The shaft's start angle.
+    StartAngle,
+    /// The cell's charge at the start.
+    Charge,
+    /// Which of the behaviours the wiper shows in its gap.
+    GapBehaviour,
+    /// Drift and noise while the wiper is on insulation.
+    Gap,
+    /// The shape of the linearity error.
+    Linearity,
+    /// The shape of the converter's integral nonlinearity.
+    Inl,
+    /// The converter's noise level.
+    NoiseLevel,
+    /// The converter's noise.
+    Noise,
+    /// Which conversions are spikes, and their size.
+    Spikes,
+    /// Sampling instants.
+    Jitter,
+    /// Noise of the battery reading.
+    BatteryNoise,
+    /// Noise of a digital encoder.
+    Encoder,
+    /// A specimen's spread around the file's values.
+    Variation,
+}
+
+/// One stream of random numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stream(Pcg64);
+
+impl Stream {
+    /// The stream of a source under a seed.
+    #[must_use]
+    pub fn new(seed: u64, source: Source) -> Self {
+        // PCG streams that share a state are related: spread seed and source over the state as well.
+        let low = mix(seed ^ mix(source as u64));
+        let high = mix(low);
+        Self(Pcg64::new(u128::from(high) << 64 | u128::from(low), source as u128))
+    }
+
+    /// Standard normal.
+    #[inline]
+    pub fn normal(&mut self) -> f64 {
+        self.0.sample(StandardNormal)
+    }
+
+    /// Uniform in `low..high`; `low` where the two are equal.
+    #[inline]
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.0.random::<f64>()
+    }
+
+    /// Uniform below `count`.
+    pub fn below(&mut self, count: u32) -> u32 {
+        // 64 random bits against a small count: the bias is below 2⁻³².
+        ((u128::from(self.0.next_u64()) * u128::from(count)) >> 64) as u32
+    }
+}
+
+/// SplitMix64's finaliser (Steele, Lea, Flood 2014).
+fn mix(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

@@ -1,0 +1,386 @@
+//! The simulated robot: every part of the world around the firmware, one control period at a time.
+
+use std::f64::consts::{PI, TAU};
+
+use control::{Actuation, AdcCode, Sample};
+use description::angle_code::{AdcCurve, Track, angle_scale, battery_curve};
+use description::robot::{InGap, Robot, Sensor};
+
+use crate::adc::Adc;
+use crate::digital::Digital;
+use crate::driver::Driver;
+use crate::faults::{Fault, Faults, Line};
+use crate::history::History;
+use crate::linearity::Linearity;
+use crate::plant;
+use crate::potentiometer::Potentiometer;
+use crate::random::{Source, Stream};
+use crate::shaft::{ShaftState, StepMeans, Stepper, Terminals};
+use crate::supply::Supply;
+
+/// What a seed draws, taken out of its hands where something is given; and the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Integration steps per control period.
+    pub steps_per_tick: usize,
+    /// Shaft angle at the start, rad.
+    pub start_angle: Option<f64>,
+    /// State of charge at the start, 0 … 1.
+    pub charge: Option<f64>,
+    /// What the wiper shows in its gap.
+    pub in_gap: Option<InGap>,
+    /// Peak of the linearity error, rad; the shape stays the seed's. Only where the file lists `sensor_nonlinearity`.
+    pub linearity_peak: Option<f64>,
+}
+
+impl Default for Settings {
+    /// Ten steps of 0.1 ms: after 2 s and 13 hard reversals the default robot is within 1e-3 rad, less than one code of
+    /// its converter, of where ten times finer steps lead (hal-sim/tests/convergence.rs prints the figures).
+    fn default() -> Self {
+        Self { steps_per_tick: 10, start_angle: None, charge: None, in_gap: None, linearity_peak: None }
+    }
+}
+
+/// What really is, at the current tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// Shaft angle, rad, not wrapped.
+    pub angle: f64,
+    /// Shaft speed, rad/s.
+    pub speed: f64,
+    /// Winding current, A.
+    pub current: f64,
+    /// Mean voltage at the motor's terminals behind the bridge's drop, V.
+    pub terminal_v: f64,
+    /// The bridge's supply, V.
+    pub bridge_supply_v: f64,
+    /// The cell's voltage, V; the bridge's supply where there is no cell.
+    pub battery_v: f64,
+    /// The wiper stands on insulation. Never for other sensors.
+    pub in_gap: bool,
+}
+
+/// The angle sensor with its converter.
+#[derive(Clone, Debug)]
+enum AngleSensor {
+    Digital(Digital),
+    Analogue(Box<(Potentiometer, Adc)>),
+}
+
+/// The cell's divider at its converter.
+#[derive(Clone, Debug)]
+struct BatteryReading {
+    curve: AdcCurve,
+    divider: f64,
+    noise_lsb: f64,
+    noise: Stream,
+}
+
+/// A robot up to its shaft. A value: deterministic from its seed, cloned and sent to threads freely.
+#[derive(Clone, Debug)]
+pub struct SimulatedRobot {
+    stepper: Stepper,
+    steps_per_tick: usize,
+    tick_s: f64,
+    driver: Driver,
+    supply: Supply,
+    state: ShaftState,
+    means: StepMeans,
+    sensor: AngleSensor,
+    delay_s: f64,
+    history: History,
+    battery: Option<BatteryReading>,
+    faults: Faults,
+    last_code: u16,
+    tick: u64,
+}
+
+/// Control period where the file has no controller, s.
+const DEFAULT_TICK_S: f64 = 1e-3;
+
+impl SimulatedRobot {
+    /// The robot of a file at its nominal parameters. The seed draws the start angle (uniform over the turn), the charge
+    /// (50 to 100 %), what the wiper shows in its gap (where the file says `any`), the linearity error ([`Linearity::draw`]), the converter's noise level (from its range) and nonlinearity, noise, spikes and jitter.
+    #[must_use]
+    pub fn new(robot: &Robot, seed: u64) -> Self {
+        Self::with(robot, seed, &Settings::default())
+    }
+
+    /// The same with some of the draws replaced.
+    #[must_use]
+    pub fn with(robot: &Robot, seed: u64, settings: &Settings) -> Self {
+        let tick_s = robot.controller.as_ref().map_or(DEFAULT_TICK_S, |controller| controller.tick_s.value);
+        let steps_per_tick = settings.steps_per_tick.max(1);
+        let step = tick_s / steps_per_tick as f64;
+        let drawn_angle = Stream::new(seed, Source::StartAngle).uniform(-PI, PI);
+        let angle = settings.start_angle.unwrap_or(drawn_angle);
+        let charge = settings.charge.unwrap_or_else(|| Stream::new(seed, Source::Charge).uniform(0.5, 1.0));
+        let sensor = AngleSensor::new(robot, seed, settings, angle);
+        let delay_s = robot.effects.sensor_delay.as_ref().map_or(0.0, |delay| delay.delay_s.value);
+        let reach = (delay_s + sensor.reach_s()) / step;
+        let mut simulated = Self {
+            stepper: plant::shaft(robot).stepper(step),
+            steps_per_tick,
+            tick_s,
+            driver: Driver::new(robot),
+            supply: Supply::new(robot, charge),
+            state: ShaftState { angle, ..ShaftState::default() },
+            means: StepMeans::default(),
+            sensor,
+            delay_s,
+            history: History::new(angle, reach.ceil() as usize + 1),
+            battery: BatteryReading::new(robot, seed),
+            faults: Faults::default(),
+            last_code: 0,
+            tick: 0,
+        };
+        simulated.supply.idle();
+        // What a sensor frozen from the start repeats.
+        simulated.last_code = simulated.angle_code();
+        simulated
+    }
+
+    /// The conversions of the current tick: of the angle around it (each at its own instant, jitter and delay included),
+    /// of the battery at it. `time_us` is the tick's time: the firmware does not know the jitter. The actuation that
+    /// follows counts from the tick on: the microseconds of conversion and computing are not modelled as a latency.
+    pub fn sample(&mut self) -> Sample {
+        if self.faults.due(self.time_s()) {
+            self.apply_supply_faults();
+        }
+        self.last_code = match self.faults.line {
+            Some(Line::Frozen) => self.last_code,
+            _ => self.angle_code(),
+        };
+        Sample {
+            time_us: (self.time_s() * 1e6).round() as u64,
+            angle: AdcCode(self.last_code),
+            battery: AdcCode(self.battery_code()),
+        }
+    }
+
+    /// One control period with the bridge as told.
+    pub fn advance(&mut self, actuation: Actuation) {
+        if self.faults.due(self.time_s()) {
+            self.apply_supply_faults();
+        }
+        let duty = self.driver.effective(actuation).map(|duty| if self.faults.reversed { -duty } else { duty });
+        let duty = if self.faults.motor_open { None } else { duty };
+        let cut = self.faults.line == Some(Line::Open);
+        let step = self.stepper.step();
+        for _ in 0..self.steps_per_tick {
+            let terminals = match duty {
+                Some(duty) => {
+                    let rail = self.supply.drive(self.stepper.shaft(), duty, self.state.speed);
+                    Terminals::Driven { voltage: duty * rail }
+                }
+                None => {
+                    self.supply.idle();
+                    Terminals::Open
+                }
+            };
+            self.means = if self.faults.stalled {
+                self.blocked(terminals)
+            } else {
+                self.stepper.advance(&mut self.state, terminals)
+            };
+            if let Some(duty) = duty {
+                self.supply.book(duty * self.means.current, step);
+            }
+            let seen = match &mut self.sensor {
+                AngleSensor::Analogue(parts) => parts.0.step(self.state.angle, step, cut),
+                AngleSensor::Digital(_) => self.state.angle,
+            };
+            self.history.push(seen);
+        }
+        self.supply.end_period(self.tick_s);
+        self.tick += 1;
+    }
+
+    /// What really is, at the current tick.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        let shaft = self.stepper.shaft();
+        Truth {
+            time_s: self.time_s(),
+            angle: self.state.angle,
+            speed: self.state.speed,
+            current: self.state.current,
+            terminal_v: shaft.torque_constant * self.state.speed + shaft.resistance_ohm * self.state.current,
+            bridge_supply_v: self.supply.bridge_v(),
+            battery_v: self.supply.cell.as_ref().map_or(self.supply.bridge_v(), |cell| cell.voltage()),
+            in_gap: match &self.sensor {
+                AngleSensor::Analogue(parts) => parts.0.track.in_gap(parts.0.wiper()),
+                AngleSensor::Digital(_) => false,
+            },
+        }
+    }
+
+    /// Breaks something from now on. Faults of different parts add up; the sensor's line has its latest one.
+    pub fn inject(&mut self, fault: Fault) {
+        self.faults.set(fault);
+        self.apply_supply_faults();
+    }
+
+    /// Breaks something from a time (s since the start) on.
+    pub fn schedule(&mut self, fault: Fault, at_s: f64) {
+        self.faults.schedule(fault, at_s);
+    }
+
+    /// Time since the start, s.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.tick as f64 * self.tick_s
+    }
+
+    /// Control period, s.
+    #[must_use]
+    pub fn tick_s(&self) -> f64 {
+        self.tick_s
+    }
+
+    /// State of charge of the cell, 0 … 1.
+    #[must_use]
+    pub fn charge(&self) -> Option<f64> {
+        self.supply.cell.as_ref().map(|cell| cell.charge)
+    }
+
+    /// What the wiper shows in its gap, with a potentiometer.
+    #[must_use]
+    pub fn in_gap(&self) -> Option<InGap> {
+        match &self.sensor {
+            AngleSensor::Analogue(parts) => Some(parts.0.in_gap),
+            AngleSensor::Digital(_) => None,
+        }
+    }
+
+    /// The sensor's linearity error.
+    #[must_use]
+    pub fn linearity(&self) -> Linearity {
+        match &self.sensor {
+            AngleSensor::Analogue(parts) => parts.0.linearity,
+            AngleSensor::Digital(digital) => digital.linearity,
+        }
+    }
+
+    fn apply_supply_faults(&mut self) {
+        if let Some(rail_v) = self.faults.rail_v {
+            self.supply.rail_v = rail_v;
+        }
+        if let Some(cell) = &mut self.supply.cell {
+            cell.forced_v = self.faults.open_circuit_v;
+        }
+    }
+
+    /// A step of a shaft that cannot move: the winding settles within it.
+    fn blocked(&mut self, terminals: Terminals) -> StepMeans {
+        let current = match terminals {
+            Terminals::Driven { voltage } => self.stepper.shaft().settled_current(voltage, 0.0).0,
+            Terminals::Open => 0.0,
+        };
+        self.state.speed = 0.0;
+        self.state.current = current;
+        StepMeans { current, ..StepMeans::default() }
+    }
+
+    fn angle_code(&mut self) -> u16 {
+        let (line, delay, history) = (self.faults.line, self.delay_s, &self.history);
+        let step = self.stepper.step();
+        match &mut self.sensor {
+            AngleSensor::Digital(digital) => match line {
+                Some(Line::Low) => 0,
+                Some(Line::High | Line::Open) => digital.scale.top_code,
+                Some(Line::Frozen) | None => digital.code(history.angle(delay / step)),
+            },
+            AngleSensor::Analogue(parts) => {
+                let (potentiometer, adc) = parts.as_mut();
+                let supply_v = potentiometer.track.supply_v;
+                adc.sample(|instant| match line {
+                    Some(Line::Low) => 0.0,
+                    Some(Line::High) => supply_v,
+                    _ => potentiometer.voltage(history.angle((delay - instant) / step), line == Some(Line::Open)),
+                })
+            }
+        }
+    }
+
+    /// Without a cell: full scale.
+    fn battery_code(&mut self) -> u16 {
+        let (Some(reading), Some(cell)) = (&mut self.battery, &self.supply.cell) else {
+            return battery_curve(&Sensor::Ideal).top_code as u16;
+        };
+        let noise = reading.noise_lsb * reading.noise.normal() / reading.curve.codes_per_v;
+        reading.curve.code(reading.divider * cell.voltage() + noise).round() as u16
+    }
+}
+
+impl AngleSensor {
+    fn new(robot: &Robot, seed: u64, settings: &Settings, angle: f64) -> Self {
+        let linearity = linearity(robot, seed, settings);
+        let scale = angle_scale(&robot.sensor);
+        let encoder_noise = Stream::new(seed, Source::Encoder);
+        match &robot.sensor {
+            Sensor::Ideal => Self::Digital(Digital::new(scale, linearity, 0.0, encoder_noise)),
+            Sensor::Encoder(encoder) => {
+                let noise = encoder.noise_deg.value.to_radians();
+                Self::Digital(Digital::new(scale, linearity, noise, encoder_noise))
+            }
+            Sensor::Potentiometer(file) => {
+                let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];
+                let drawn = behaviours[Stream::new(seed, Source::GapBehaviour).below(3) as usize];
+                let in_gap = match settings.in_gap.unwrap_or(file.in_gap) {
+                    InGap::Any => drawn,
+                    known => known,
+                };
+                let potentiometer = Potentiometer::new(
+                    Track::new(file),
+                    linearity,
+                    file.hysteresis_deg.value.to_radians(),
+                    in_gap,
+                    angle,
+                    Stream::new(seed, Source::Gap),
+                );
+                Self::Analogue(Box::new((potentiometer, Adc::new(&file.adc, seed))))
+            }
+        }
+    }
+
+    /// How far before the tick the sensor looks, its delay aside, s.
+    fn reach_s(&self) -> f64 {
+        match self {
+            Self::Digital(_) => 0.0,
+            Self::Analogue(parts) => parts.1.reach_s(),
+        }
+    }
+}
+
+fn linearity(robot: &Robot, seed: u64, settings: &Settings) -> Linearity {
+    let Some(effect) = &robot.effects.sensor_nonlinearity else {
+        return Linearity::default();
+    };
+    let drawn = Linearity::draw(effect, &mut Stream::new(seed, Source::Linearity));
+    settings.linearity_peak.map_or(drawn, |peak| drawn.with_peak(peak))
+}
+
+impl BatteryReading {
+    fn new(robot: &Robot, seed: u64) -> Option<Self> {
+        let battery = robot.supply.battery.as_ref()?;
+        let noise_lsb = match &robot.sensor {
+            Sensor::Potentiometer(file) => file.adc.noise_lsb.value,
+            Sensor::Ideal | Sensor::Encoder(_) => 0.0,
+        };
+        Some(Self {
+            curve: battery_curve(&robot.sensor),
+            divider: battery.divider.value,
+            noise_lsb,
+            noise: Stream::new(seed, Source::BatteryNoise),
+        })
+    }
+}
+
+/// Wraps an angle (rad) to −π … π.
+#[must_use]
+pub fn wrap(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}

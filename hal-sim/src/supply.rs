@@ -1,0 +1,228 @@
+//! What feeds the bridge: a LiPo cell, a boost converter, and the rail's sag under the bridge's current.
+//!
+//! The averaged bridge draws `duty·i` from its rail, i being the motor's current. Everything here is quasi-static but
+//! the charge and the sag's relaxation.
+
+use description::robot::{self, BatterySag, Robot};
+
+use crate::shaft::Shaft;
+
+/// A cell with its boost converter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// Charge when full, A·s.
+    pub capacity_as: f64,
+    /// Internal resistance, Ω.
+    pub resistance_ohm: f64,
+    /// Open-circuit voltage against charge: `[0 … 1, V]`, charge increasing.
+    pub open_circuit_v: Vec<[f64; 2]>,
+    /// Boost converter's efficiency, 0 … 1.
+    pub efficiency: f64,
+    /// The boost converter's highest output current, A.
+    pub limit_a: f64,
+    /// What the electronics draw from the rail, A.
+    pub logic_a: f64,
+    /// State of charge, 0 … 1.
+    pub charge: f64,
+    /// Current out of the cell, A.
+    pub current: f64,
+    /// Open-circuit voltage forced by a fault, V.
+    pub forced_v: Option<f64>,
+}
+
+impl Cell {
+    /// From the file, at a state of charge (0 … 1).
+    #[must_use]
+    pub fn new(battery: &robot::Battery, charge: f64) -> Self {
+        Self {
+            capacity_as: 3600.0 * battery.capacity_ah.value,
+            resistance_ohm: battery.resistance_ohm.value,
+            open_circuit_v: battery.open_circuit_v.clone(),
+            efficiency: battery.boost_efficiency.value,
+            limit_a: battery.boost_limit_a.value,
+            logic_a: battery.logic_current_a.value,
+            charge: charge.clamp(0.0, 1.0),
+            current: 0.0,
+            forced_v: None,
+        }
+    }
+
+    /// Open-circuit voltage, V: straight between the table's points, constant outside.
+    #[must_use]
+    pub fn open_circuit(&self) -> f64 {
+        if let Some(voltage) = self.forced_v {
+            return voltage;
+        }
+        let table = &self.open_circuit_v;
+        let upper = table.partition_point(|point| point[0] < self.charge);
+        match (upper.checked_sub(1).map(|index| table[index]), table.get(upper)) {
+            (Some(low), Some(high)) => low[1] + (high[1] - low[1]) * (self.charge - low[0]) / (high[0] - low[0]),
+            (Some(only), None) => only[1],
+            (None, Some(only)) => only[1],
+            (None, None) => 0.0,
+        }
+    }
+
+    /// Voltage at the cell's terminals, V.
+    #[must_use]
+    pub fn voltage(&self) -> f64 {
+        self.open_circuit() - self.resistance_ohm * self.current
+    }
+
+    /// Highest power that the rail can take, W: the cell matched, `efficiency·OCV²/(4R)`.
+    #[must_use]
+    pub fn power_limit(&self) -> f64 {
+        let open = self.open_circuit().max(0.0);
+        if self.resistance_ohm > 0.0 {
+            self.efficiency * open * open / (4.0 * self.resistance_ohm)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Draws a mean power (W) at the rail for a time (s).
+    pub fn draw(&mut self, rail_w: f64, time: f64) {
+        let open = self.open_circuit().max(0.0);
+        let power = rail_w.max(0.0) / self.efficiency;
+        let root = (open * open - 4.0 * self.resistance_ohm * power).max(0.0).sqrt();
+        // 2P/(V + √(V² − 4RP)) is the smaller root of V·i − R·i² = P, and P/V where R is zero.
+        self.current = if open > 0.0 && self.charge > 0.0 { 2.0 * power / (open + root) } else { 0.0 };
+        self.charge = (self.charge - self.current * time / self.capacity_as).max(0.0);
+    }
+}
+
+/// Effect `battery_sag`: the rail under the bridge's current.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Sag {
+    /// At once, Ω.
+    pub resistance_ohm: f64,
+    /// More after a while, Ω.
+    pub relaxation_ohm: f64,
+    /// How long a while, s.
+    pub relaxation_s: f64,
+    /// The slow part at present, V.
+    pub relaxed_v: f64,
+}
+
+impl Sag {
+    /// From the file.
+    #[must_use]
+    pub fn new(sag: &BatterySag) -> Self {
+        Self {
+            resistance_ohm: sag.resistance_ohm.value,
+            relaxation_ohm: sag.relaxation_ohm.value,
+            relaxation_s: sag.relaxation_s.value,
+            relaxed_v: 0.0,
+        }
+    }
+
+    /// The slow part's closed form at a constant bridge current (A) for a time (s).
+    fn relax(&mut self, bridge_a: f64, time: f64) {
+        let target = self.relaxation_ohm * bridge_a;
+        let decay = if self.relaxation_s > 0.0 { (-time / self.relaxation_s).exp() } else { 0.0 };
+        self.relaxed_v = target + (self.relaxed_v - target) * decay;
+    }
+}
+
+/// The bridge's supply.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Supply {
+    /// Rail with no load, V.
+    pub rail_v: f64,
+    /// The cell behind it; `None` for a bench supply.
+    pub cell: Option<Cell>,
+    /// Sag of the rail; all zero for none.
+    pub sag: Sag,
+    /// Rail at present, V.
+    bridge_v: f64,
+    /// Charge (A·s) and energy (J) taken from the rail by the bridge in this control period.
+    drawn_as: f64,
+    drawn_j: f64,
+}
+
+impl Supply {
+    /// From the file, at a state of charge (0 … 1).
+    #[must_use]
+    pub fn new(robot: &Robot, charge: f64) -> Self {
+        Self {
+            rail_v: robot.supply.rail_v.value,
+            cell: robot.supply.battery.as_ref().map(|battery| Cell::new(battery, charge)),
+            sag: robot.effects.battery_sag.as_ref().map(Sag::new).unwrap_or_default(),
+            bridge_v: robot.supply.rail_v.value,
+            drawn_as: 0.0,
+            drawn_j: 0.0,
+        }
+    }
+
+    /// Rail at present, V.
+    #[must_use]
+    pub fn bridge_v(&self) -> f64 {
+        self.bridge_v
+    }
+
+    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s).
+    ///
+    /// Rail and current depend on each other, `v = e − R_s·duty·i` and `i = (duty·v − K ω ∓ drop)/R`, and are solved
+    /// together at the settled current, so the sag has no lag of its own. Beyond the boost converter's current or power
+    /// the rail falls to where the bridge takes no more.
+    pub fn drive(&mut self, shaft: &Shaft, duty: f64, speed: f64) -> f64 {
+        let open_v = (self.rail_v - self.sag.relaxed_v).max(0.0);
+        let net = duty * open_v - shaft.torque_constant * speed;
+        let excess = (net.abs() - shaft.bridge.drop_v).max(0.0).copysign(net);
+        let resistance = shaft.resistance_ohm + shaft.bridge.slope_ohm;
+        let current = excess / (resistance + duty * duty * self.sag.resistance_ohm);
+        self.bridge_v = (open_v - self.sag.resistance_ohm * duty * current).max(0.0);
+        let bridge_a = duty * current;
+        if let Some(cell) = &self.cell {
+            let power_limit = cell.power_limit();
+            if bridge_a + cell.logic_a > cell.limit_a || self.bridge_v * (bridge_a + cell.logic_a) > power_limit {
+                // Voltage that the bridge must see before any current flows in this direction.
+                let opposing = shaft.torque_constant * speed + shaft.bridge.drop_v.copysign(net);
+                let limited = limited_rail(cell, power_limit, duty, opposing, resistance);
+                self.bridge_v = self.bridge_v.min(limited).max(0.0);
+            }
+        }
+        self.bridge_v
+    }
+
+    /// The rail while the bridge is open.
+    pub fn idle(&mut self) {
+        self.bridge_v = (self.rail_v - self.sag.relaxed_v).max(0.0);
+        if let Some(cell) = &self.cell
+            && cell.logic_a > 0.0
+        {
+            self.bridge_v = self.bridge_v.min(cell.power_limit() / cell.logic_a);
+        }
+    }
+
+    /// Books a mean bridge current (duty × motor current, A) over a step (s).
+    pub fn book(&mut self, bridge_a: f64, step: f64) {
+        self.drawn_as += bridge_a * step;
+        self.drawn_j += bridge_a * self.bridge_v * step;
+    }
+
+    /// Ends a control period (s): charge and relaxation advance with the period's mean current.
+    pub fn end_period(&mut self, period: f64) {
+        self.sag.relax(self.drawn_as / period, period);
+        if let Some(cell) = &mut self.cell {
+            let rail_w = self.drawn_j / period + cell.logic_a * self.bridge_v;
+            cell.draw(rail_w, period);
+        }
+        self.drawn_as = 0.0;
+        self.drawn_j = 0.0;
+    }
+}
+
+/// The rail (V) at which a bridge with a duty takes what is left of the converter's current and power, its current being
+/// `(duty·v − opposing)/resistance` and what it draws `duty` times that.
+fn limited_rail(cell: &Cell, power_limit: f64, duty: f64, opposing: f64, resistance: f64) -> f64 {
+    let per_v = duty * duty / resistance;
+    if per_v <= 0.0 {
+        return power_limit / cell.logic_a;
+    }
+    let offset = cell.logic_a - duty * opposing / resistance;
+    let at_current_limit = (cell.limit_a - offset) / per_v;
+    // per_v·v² + offset·v = P
+    let at_power_limit = (-offset + (offset * offset + 4.0 * per_v * power_limit).sqrt()) / (2.0 * per_v);
+    at_current_limit.min(at_power_limit)
+}

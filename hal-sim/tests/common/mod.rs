@@ -1,0 +1,83 @@
+//! What the tests share: the 26:1 motor's shaft, and small ways to run things.
+#![allow(dead_code)] // every test binary uses its own part
+
+use std::path::Path;
+
+use control::Actuation;
+use description::robot::{Potentiometer, Robot, Sensor};
+use hal_sim::shaft::{BridgeDrop, Friction, Gravity, Shaft, ShaftState, Stepper, Terminals};
+
+/// The thesis's linear motor with the 26:1 gearmotor's numbers: no friction, no gravity, an ideal bridge.
+pub const LINEAR: Shaft = Shaft {
+    resistance_ohm: 15.0,
+    inductance_h: 150e-6,
+    torque_constant: 0.0209,
+    inertia_kg_m2: 1.4e-6,
+    viscous: 1.12e-6,
+    friction: Friction::NONE,
+    gravity: Gravity { torque_nm: 0.0, direction_rad: 0.0 },
+    bridge: BridgeDrop { drop_v: 0.0, slope_ohm: 0.0 },
+};
+
+/// The same motor with everything: Stribeck and load friction, a tilted axis, an L293DD.
+pub const FULL: Shaft = Shaft {
+    friction: Friction {
+        coulomb_nm: 2.2e-3,
+        breakaway_excess_nm: 0.4e-3,
+        stribeck_speed_rad_per_s: 5.0,
+        load_coefficient: 0.05,
+        presliding_rad: 3e-3,
+    },
+    gravity: Gravity { torque_nm: 0.29e-3, direction_rad: 0.7 },
+    bridge: BridgeDrop { drop_v: 2.07, slope_ohm: 0.89 },
+    ..LINEAR
+};
+
+pub const STEP: f64 = 1e-4;
+
+pub fn driven(voltage: f64) -> Terminals {
+    Terminals::Driven { voltage }
+}
+
+/// Runs for a time (s) at constant terminals.
+pub fn run(stepper: &Stepper, state: &mut ShaftState, terminals: Terminals, time: f64) {
+    for _ in 0..(time / stepper.step()).round() as usize {
+        stepper.advance(state, terminals);
+    }
+}
+
+/// Relative difference.
+pub fn apart(a: f64, b: f64) -> f64 {
+    (a - b).abs() / b.abs()
+}
+
+/// The project's default robot.
+pub fn default_robot() -> Robot {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml");
+    Robot::load(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The default robot's potentiometer.
+pub fn potentiometer(robot: &mut Robot) -> &mut Potentiometer {
+    match &mut robot.sensor {
+        Sensor::Potentiometer(potentiometer) => potentiometer,
+        other => panic!("the default robot's sensor is {other:?}"),
+    }
+}
+
+/// The default robot with a quiet converter: no noise, spikes, nonlinearity or jitter, no hysteresis, no linearity error.
+pub fn quiet_robot() -> Robot {
+    let mut robot = default_robot();
+    let sensor = potentiometer(&mut robot);
+    sensor.hysteresis_deg.value = 0.0;
+    let adc = &mut sensor.adc;
+    for quantity in [&mut adc.noise_lsb, &mut adc.spike_share, &mut adc.inl_lsb, &mut adc.jitter_s] {
+        (quantity.value, quantity.low, quantity.high) = (0.0, 0.0, 0.0);
+    }
+    robot.effects.sensor_nonlinearity = None;
+    robot
+}
+
+pub fn drive(duty: f32) -> Actuation {
+    Actuation { duty, enable: true }
+}

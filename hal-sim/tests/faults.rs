@@ -1,0 +1,113 @@
+//! Every fault changes something, at its time and not before.
+
+mod common;
+
+use common::{default_robot, drive, quiet_robot};
+use control::Sample;
+use hal_sim::{Fault, Settings, SimulatedRobot, Truth};
+
+fn run(robot: &mut SimulatedRobot, ticks: usize) -> Vec<(Sample, Truth)> {
+    (0..ticks)
+        .map(|_| {
+            let sample = robot.sample();
+            robot.advance(drive(0.9));
+            (sample, robot.truth())
+        })
+        .collect()
+}
+
+#[test]
+fn every_fault_changes_something_at_its_time() {
+    let robot = default_robot();
+    let healthy = run(&mut SimulatedRobot::new(&robot, 6), 600);
+    for fault in Fault::ALL {
+        let mut broken = SimulatedRobot::new(&robot, 6);
+        broken.schedule(fault, 0.3);
+        let broken = run(&mut broken, 600);
+        assert_eq!(broken[..300], healthy[..300], "{}: too early", fault.name());
+        assert_ne!(broken[300..], healthy[300..], "{}: no difference", fault.name());
+    }
+}
+
+#[test]
+fn injecting_is_scheduling_for_now() {
+    let robot = default_robot();
+    for fault in Fault::ALL {
+        let mut injected = SimulatedRobot::new(&robot, 6);
+        run(&mut injected, 200);
+        let mut scheduled = injected.clone();
+        injected.inject(fault);
+        scheduled.schedule(fault, 0.0);
+        assert_eq!(run(&mut injected, 200), run(&mut scheduled, 200), "{}", fault.name());
+    }
+}
+
+#[test]
+fn names_lead_back() {
+    for fault in Fault::ALL {
+        assert_eq!(Fault::from_name(fault.name()), Some(fault));
+    }
+    assert_eq!(Fault::from_name("sensor"), None);
+}
+
+fn after(fault: Fault) -> Vec<(Sample, Truth)> {
+    let mut robot = SimulatedRobot::with(&quiet_robot(), 6, &Settings::default());
+    run(&mut robot, 500);
+    robot.inject(fault);
+    run(&mut robot, 500)
+}
+
+#[test]
+fn shorted_lines_read_the_end_of_the_scale() {
+    assert!(after(Fault::SensorShortLow).iter().all(|(sample, _)| sample.angle.0 == 0));
+    assert!(after(Fault::SensorShortHigh).iter().all(|(sample, _)| sample.angle.0 == 4095));
+}
+
+#[test]
+fn a_frozen_converter_repeats_itself_while_the_shaft_turns() {
+    let run = after(Fault::SensorFrozen);
+    assert!(run.iter().all(|(sample, _)| sample.angle == run[0].0.angle));
+    assert!(run[499].1.angle - run[0].1.angle > 5.0);
+}
+
+#[test]
+fn a_broken_wiper_lead_no_longer_shows_the_angle() {
+    let healthy = {
+        let mut robot = SimulatedRobot::with(&quiet_robot(), 6, &Settings::default());
+        run(&mut robot, 500);
+        run(&mut robot, 500)
+    };
+    let open = after(Fault::SensorOpen);
+    let same = open.iter().zip(&healthy).filter(|(a, b)| a.0.angle.0.abs_diff(b.0.angle.0) < 5).count();
+    assert!(same < 200, "{same} of 500 readings as if nothing had happened");
+    assert_eq!(open[499].1, healthy[499].1, "the shaft is not concerned");
+}
+
+#[test]
+fn a_blocked_shaft_stands_and_draws_its_stall_current() {
+    let run = after(Fault::Stalled);
+    let truth = run[499].1;
+    assert_eq!(truth.speed, 0.0);
+    assert_eq!(truth.angle, run[0].1.angle);
+    assert!(truth.current > 0.13, "{} A", truth.current);
+}
+
+#[test]
+fn swapped_leads_turn_the_other_way() {
+    assert!(after(Fault::MotorReversed)[499].1.speed < -10.0);
+}
+
+#[test]
+fn a_broken_motor_lead_lets_the_shaft_run_down() {
+    let truth = after(Fault::MotorOpen)[499].1;
+    assert_eq!(truth.current, 0.0);
+    assert!(truth.speed.abs() < 0.1, "{} rad/s", truth.speed);
+}
+
+#[test]
+fn an_empty_cell_and_a_collapsed_rail_are_seen() {
+    let truth = after(Fault::BatteryLow { open_circuit_v: 2.9 })[499].1;
+    assert!(truth.battery_v < 2.9, "{} V", truth.battery_v);
+    let truth = after(Fault::RailLow { rail_v: 2.0 })[499].1;
+    assert!(truth.bridge_supply_v <= 2.0 && truth.speed.abs() < 0.1, "{truth:?}");
+}

@@ -1,0 +1,40 @@
+//! Every robot file of the project runs.
+
+mod common;
+
+use std::path::Path;
+
+use common::{default_robot, drive};
+use description::robot::Robot;
+use hal_sim::{Settings, SimulatedRobot};
+
+/// Shaft frequency (Hz) after two seconds at full duty.
+fn ceiling(robot: &Robot) -> f64 {
+    let settings = Settings { charge: Some(0.8), ..Settings::default() };
+    let mut simulated = SimulatedRobot::with(robot, 1, &settings);
+    for _ in 0..2000 {
+        simulated.sample();
+        simulated.advance(drive(1.0));
+    }
+    simulated.truth().speed / std::f64::consts::TAU
+}
+
+#[test]
+fn the_default_robots_ceiling_is_the_theses_nine_hertz() {
+    let ceiling = ceiling(&default_robot());
+    println!("ceiling {ceiling:.3} Hz");
+    assert!((8.5..9.5).contains(&ceiling), "{ceiling} Hz");
+}
+
+#[test]
+fn every_file_runs() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots");
+    let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(!files.is_empty());
+    for file in files.iter().filter(|file| file.extension().is_some_and(|extension| extension == "toml")) {
+        let robot = Robot::load(file).unwrap_or_else(|error| panic!("{error}"));
+        let ceiling = ceiling(&robot);
+        println!("{}: {ceiling:.2} Hz at full duty", robot.name);
+        assert!(ceiling.is_finite() && ceiling.abs() < 100.0, "{}: {ceiling} Hz", robot.name);
+    }
+}

@@ -1,0 +1,80 @@
+//! `scram identify`
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use description::edit::Document;
+use miette::Report;
+use scram::identify::{PotentiometerFit, potentiometer, residual_svg};
+use scram::recording::ReadOptions;
+use serde::Serialize;
+
+use super::{Common, Done, print, print_json, table};
+
+/// Find parameters from recordings
+#[derive(Subcommand)]
+pub enum Identify {
+    Potentiometer(Potentiometer),
+}
+
+/// Find the angle sensor's correction and blind arc from one run at constant voltage
+///
+/// Writes a copy of the robot file with [sensor.correction] and a plot of what is left into --out.
+#[derive(Args)]
+#[command(after_help = "Example:\n  \
+    scram sim --drive duty:1 --seconds 2.5\n  \
+    scram identify potentiometer out/run.mcap\n  \
+    scram sim --robot out/robot.toml")]
+pub struct Potentiometer {
+    /// The recording: raw codes at constant voltage, 2.5 s or more
+    run: PathBuf,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    fit: &'a PotentiometerFit,
+    files: &'a [PathBuf],
+}
+
+impl Identify {
+    pub fn run(&self) -> Done {
+        match self {
+            Self::Potentiometer(command) => command.run(),
+        }
+    }
+}
+
+impl Potentiometer {
+    fn run(&self) -> Done {
+        let common = &self.common;
+        let robot = common.robot()?;
+        let loaded = common.recording(&self.run, &robot, &ReadOptions::default())?;
+        let fit = potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
+        let mut document = Document::load(&common.robot).map_err(Report::from)?;
+        document.set_correction(&fit.correction).map_err(Report::from)?;
+        let file = common.out.join("robot.toml");
+        common.save(&document, &file)?;
+        let picture = common.write("potentiometer.svg", &residual_svg(&fit))?;
+        let files = [file, picture];
+        if common.json {
+            print_json(&Output { fit: &fit, files: &files })?;
+            return Ok(());
+        }
+        let correction = &fit.correction;
+        let hz = fit.speed_rad_per_s.abs() / std::f64::consts::TAU;
+        print(&table::facts([
+            ("used", format!("{:.0} turns at {hz:.2} Hz, {} samples", fit.turns, fit.samples)),
+            ("error before, RMS / peak", format!("{:.2}° / {:.2}°", fit.before_rms_deg, fit.before_peak_deg)),
+            ("error left, RMS / peak", format!("{:.3}° / {:.3}°", fit.after_rms_deg, fit.after_peak_deg)),
+            ("noise of one reading", format!("{:.2}°", fit.noise_deg)),
+            ("blind arc", format!("{:.1}° … {:.1}°", correction.blind_from_deg, correction.blind_to_deg)),
+            ("zero moved by", format!("{:.2}° ± {:.2}°", fit.zero_shift_deg, fit.zero_uncertainty_deg)),
+        ]));
+        print(&format!("written: {}, {}", files[0].display(), files[1].display()));
+        print(&format!("use it: scram sim --robot {}", files[0].display()));
+        Ok(())
+    }
+}

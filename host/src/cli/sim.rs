@@ -1,0 +1,219 @@
+//! `scram sim`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use miette::{Report, miette};
+use scram::plot::{PLOT_NAMES, plots};
+use scram::recording::{Metadata, write_csv_with, write_mcap_with};
+use scram::sim::{self, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace};
+use serde::Serialize;
+
+use super::{Common, Done, Failure, print, print_json, table};
+
+/// Longest run, s: everything of a run is held in memory.
+const LONGEST_S: f64 = 600.0;
+/// Length of a run when nothing is said, s: that of the thesis's experiments.
+const USUAL_S: f64 = 2.0;
+
+/// Run the firmware's decisions on the simulated robot
+///
+/// Writes a recording (run.mcap, run.csv with run.toml) and plots (SVG) into --out and says what happened.
+/// Frequencies are positive clockwise seen from above, angles positive counter-clockwise.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    scram sim                                        7 Hz for 2 s\n  \
+    scram sim --drive oscillate:-100..100 --seconds 5\n  \
+    scram sim --drive freq:-6.5 --faults sensor-open@1.0 --json\n  \
+    scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
+    scram sim --drive script:steps.txt               one order a line, see docs/recordings.md")]
+pub struct Sim {
+    /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), or script:FILE
+    #[arg(long, default_value = "freq:7", allow_hyphen_values = true)]
+    drive: String,
+    /// Length of the run, s [default: 2, or what the script says]
+    #[arg(long, value_parser = seconds)]
+    seconds: Option<f64>,
+    /// What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5
+    #[arg(long, default_value = "", hide_default_value = true)]
+    faults: String,
+    #[command(flatten)]
+    common: Common,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= LONGEST_S => Ok(value),
+        _ => Err(format!("seconds must be a number above 0 and up to {LONGEST_S}")),
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    robot: &'a str,
+    drive: &'a str,
+    seconds: f64,
+    seed: u64,
+    #[serde(flatten)]
+    metrics: &'a Metrics,
+    refused: Vec<String>,
+    files: Vec<PathBuf>,
+}
+
+impl Sim {
+    pub fn run(&self) -> Done {
+        let drive = Drive::parse(&self.drive).map_err(|e| match e {
+            DriveError::Drive { .. } => Failure::Usage(e.into()),
+            DriveError::Script { .. } | DriveError::Io { .. } => Failure::Failed(e.into()),
+        })?;
+        let faults = Scheduled::parse_list(&self.faults).map_err(|e| Failure::Usage(e.into()))?;
+        let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
+        let robot = self.common.robot()?;
+        let plan = Plan { drive, seconds, faults };
+        let settings = hal_sim::Settings::default();
+        let trace = sim::run(&robot, self.common.seed, &settings, &plan).map_err(Report::from)?;
+        if let Some(why) = trace.orders.first().and_then(|given| given.refusal.as_ref()) {
+            let help =
+                "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`";
+            return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.orders[0].order).into());
+        }
+        let files = self.write(&trace, &robot)?;
+        let metrics = sim::metrics(&trace);
+        let refused: Vec<String> = refusals(&trace).collect();
+        if self.common.json {
+            print_json(&Output {
+                robot: &robot.name,
+                drive: &self.drive,
+                seconds,
+                seed: self.common.seed,
+                metrics: &metrics,
+                refused,
+                files,
+            })?;
+            return Ok(());
+        }
+        print(&format!("{}, {} for {seconds} s, seed {}", robot.name, self.drive, self.common.seed));
+        if trace.segments().len() > 1 {
+            print(&orders(&trace));
+        }
+        print(&table::facts(happened(&trace, &metrics)));
+        for line in refused {
+            print(&line);
+        }
+        for fault in &metrics.faults {
+            print(&fault_line(fault));
+        }
+        print(&format!("written: {}", listed(&files)));
+        Ok(())
+    }
+
+    fn write(&self, trace: &Trace, robot: &description::Robot) -> Result<Vec<PathBuf>, Report> {
+        let recording = sim::recording(trace, robot);
+        let extra = sim::extra_columns(trace);
+        let metadata = Metadata {
+            robot: Some(robot.name.clone()),
+            excitation: Some(self.drive.clone()),
+            seed: i64::try_from(self.common.seed).ok().map(i64::unsigned_abs),
+            ..Metadata::default()
+        };
+        let drawn = plots(trace)?;
+        let out = &self.common.out;
+        let mut files = vec![out.join("run.mcap"), out.join("run.csv")];
+        write_mcap_with(&files[0], &recording, &extra, &metadata)?;
+        write_csv_with(&files[1], &recording, &extra, &metadata)?;
+        for (name, svg) in &drawn {
+            files.push(self.common.write(&format!("{name}.svg"), svg)?);
+        }
+        // A plot of an earlier run beside this run's would lie.
+        for name in PLOT_NAMES.iter().filter(|name| drawn.iter().all(|(drawn, _)| drawn != *name)) {
+            let _ = std::fs::remove_file(out.join(format!("{name}.svg")));
+        }
+        Ok(files)
+    }
+}
+
+/// "out/run.mcap, run.csv, …": the directory once.
+fn listed(files: &[PathBuf]) -> String {
+    let names = files.iter().skip(1).filter_map(|file| file.file_name()).map(|name| name.to_string_lossy());
+    let first = files.first().map(|file| file.display().to_string());
+    first.into_iter().chain(names.map(String::from)).collect::<Vec<_>>().join(", ")
+}
+
+fn refusals(trace: &Trace) -> impl Iterator<Item = String> + '_ {
+    trace.orders.iter().filter_map(|given| {
+        let why = given.refusal.as_ref()?;
+        Some(format!("refused at {:.3} s: {}: {why}", given.at_s, given.order))
+    })
+}
+
+fn fault_line(fault: &FaultReport) -> String {
+    let off = match fault.bridge_off_after_s {
+        Some(0.0) => "the bridge was off already".to_owned(),
+        Some(after) => format!("bridge off {:.0} ms later", after * 1e3),
+        None => "the bridge stays on".to_owned(),
+    };
+    let cause = fault.cause.as_deref().unwrap_or("not noticed");
+    match &fault.injected {
+        Some(injected) => format!("fault at {:.3} s: {injected}: {cause}, {off}", fault.at_s),
+        None => format!("fault at {:.3} s: {cause}, {off}", fault.at_s),
+    }
+}
+
+/// One row an order.
+fn orders(trace: &Trace) -> String {
+    let rows = trace.segments().into_iter().map(|(order, from, to)| {
+        let m = sim::metrics_of(trace, order, from, to);
+        let time = |tick: usize| format!("{:.2}", tick as f64 * trace.tick_s);
+        vec![
+            order.to_string(),
+            time(from),
+            time(to),
+            table::or_dash(m.mean_frequency_hz, 3, ""),
+            table::or_dash(m.settling_s, 3, ""),
+            table::or_dash(m.turning_error_worst_deg, 1, ""),
+            format!("{:.0}", 1e3 * m.peak_current_a),
+        ]
+    });
+    table::columns(&["order", "from / s", "to / s", "mean / Hz", "settled / s", "worst turn / °", "peak / mA"], rows)
+}
+
+/// The figures of the last order, those that it has.
+fn happened<'a>(trace: &Trace, m: &Metrics) -> Vec<(&'a str, String)> {
+    let order = trace.segments().last().map(|(order, ..)| *order);
+    let mut rows = Vec::new();
+    let mean = table::or_dash(m.mean_frequency_hz, 4, "Hz");
+    match order {
+        Some(Order::Freq { hz }) => {
+            let off = m.mean_frequency_hz.filter(|_| hz != 0.0).map(|mean| 100.0 * (mean / hz - 1.0));
+            let off = off.map_or_else(String::new, |off| format!(" ({off:+.3} % of {hz} Hz)"));
+            rows.push(("mean frequency, last second", format!("{mean}{off}")));
+            rows.push(("angle known after", table::or_dash(m.acquired_s.map(|s| 1e3 * s), 0, "ms")));
+            rows.push(("one-turn average within 2 % after", table::or_dash(m.settling_s, 3, "s")));
+            rows.push(("instantaneous speed within 2 % after", table::or_dash(m.settling_instantaneous_s, 3, "s")));
+            rows.push(("phase error, last second, RMS", table::or_dash(m.phase_rms_deg, 2, "°")));
+        }
+        Some(Order::Oscillate { .. }) => {
+            let turns = m.turning_points_deg.len();
+            let median = table::or_dash(m.turning_error_median_deg, 1, "°");
+            let worst = table::or_dash(m.turning_error_worst_deg, 1, "°");
+            rows.push(("angle known after", table::or_dash(m.acquired_s.map(|s| 1e3 * s), 0, "ms")));
+            rows.push(("turning points", format!("{turns}, off by {median} (median), {worst} (worst)")));
+            rows.push(("strokes that ran away", m.strokes_ran_away.to_string()));
+            rows.push(("there and back", table::or_dash(m.oscillation_frequency_hz, 2, "times a second")));
+        }
+        Some(Order::Position { .. }) => {
+            rows.push(("off the target, last half second, RMS", table::or_dash(m.position_rms_deg, 2, "°")));
+        }
+        _ => rows.push(("mean frequency, last second", mean)),
+    }
+    if m.estimate_rms_deg.is_some() {
+        let outside = table::or_dash(m.estimate_rms_deg, 2, "°");
+        let inside = table::or_dash(m.estimate_rms_blind_deg, 2, "°");
+        rows.push(("estimate error outside / inside the blind arc, RMS", format!("{outside} / {inside}")));
+    }
+    let (peak, mean) = (1e3 * m.peak_current_a, 1e3 * m.rms_current_a);
+    rows.push(("current, peak / RMS", format!("{peak:.0} / {mean:.0} mA")));
+    rows.push(("energy taken by the bridge", format!("{:.2} J", m.energy_j)));
+    rows
+}

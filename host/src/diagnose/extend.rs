@@ -1,0 +1,54 @@
+//! Writes what a diagnosis found into the robot file: refitted numbers and the tables of the causes.
+
+use std::collections::BTreeMap;
+
+use description::DescriptionError;
+use description::edit::Document;
+use description::robot::Quantity;
+
+use super::verdict::{Diagnosis, FittedParameter};
+
+/// Puts the refitted numbers and the named effects into a robot file. `source` says where they come from (the runs, the
+/// date), for each number's `source`.
+///
+/// # Errors
+/// A fitted number lies outside what the robot file allows.
+pub fn extend(document: &mut Document, diagnosis: &Diagnosis, source: &str) -> Result<(), DescriptionError> {
+    let mut tables: BTreeMap<&str, Vec<(&str, &FittedParameter)>> = BTreeMap::new();
+    for one in &diagnosis.detail.extended {
+        match one.path.strip_prefix("effects.").and_then(|rest| rest.split_once('.')) {
+            Some((table, key)) => tables.entry(table).or_default().push((key, one)),
+            None => set(document, one, source)?,
+        }
+    }
+    let effects = document.robot()?.effects;
+    for (table, numbers) in tables {
+        if numbers.iter().any(|(_, one)| one.file_value.is_some()) {
+            for (_, one) in numbers {
+                set(document, one, source)?;
+            }
+            continue;
+        }
+        if table == "stribeck_friction" && effects.coulomb_friction.is_some() {
+            // It contains Coulomb friction and takes its place.
+            document.remove("effects.coulomb_friction")?;
+        }
+        let quantities = |narrow: bool| -> Vec<(&str, Quantity)> {
+            numbers.iter().map(|(key, one)| (*key, quantity(one, narrow, source))).collect()
+        };
+        document.set_effect(table, &quantities(false)).or_else(|_| document.set_effect(table, &quantities(true)))?;
+    }
+    Ok(())
+}
+
+fn set(document: &mut Document, one: &FittedParameter, source: &str) -> Result<(), DescriptionError> {
+    document
+        .set(&one.path, &quantity(one, false, source))
+        .or_else(|_| document.set(&one.path, &quantity(one, true, source)))
+}
+
+/// The fitted number with its interval; `narrow` leaves the interval out where it reaches beyond what a file allows.
+fn quantity(one: &FittedParameter, narrow: bool, source: &str) -> Quantity {
+    let (low, high) = if narrow { (one.value, one.value) } else { (one.low.min(one.value), one.high.max(one.value)) };
+    Quantity { value: one.value, low, high, source: source.to_owned() }
+}

@@ -1,0 +1,397 @@
+//! Least squares over all rollouts of the fit runs: the numbers jointly with every segment's start.
+//!
+//! Levenberg-Marquardt on the numbers. The two unknowns of each segment's start enter no other segment, so they are
+//! eliminated from the normal equations (arrow structure) and follow from back substitution. Sensitivities are finite
+//! differences of whole runs.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::current::{current_at, current_residuals};
+use super::library::{Free, Numbers, Scale};
+use super::model::Plant;
+use super::nominal::FileModel;
+use super::rollout::{self, Normal2, Rolled, Starts, residual};
+use super::track::Track;
+
+/// What is fitted to.
+pub struct Data<'a> {
+    /// Runs, cut into segments.
+    pub tracks: &'a [Track],
+    /// Standard deviation of the angle reading, rad.
+    pub sigma: f64,
+    /// Standard deviation of the current reading, A; `None` where it is not fitted to.
+    pub sigma_current: Option<f64>,
+}
+
+/// A fit.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The numbers that were moved.
+    pub free: Vec<Free>,
+    /// Their coordinates.
+    pub coordinates: Vec<f64>,
+    /// All numbers.
+    pub numbers: Numbers,
+    /// Starts of the segments.
+    pub starts: Starts,
+    /// Sum of squares, in units of sigma², prior included.
+    pub cost: f64,
+    /// Covariance of the coordinates: the sandwich over segments, so that it holds for a wrong model too.
+    pub covariance: DMatrix<f64>,
+}
+
+impl Fit {
+    /// Begins at the free numbers' starting points.
+    #[must_use]
+    pub fn begin(model: &FileModel, free: Vec<Free>, starts: Starts) -> Self {
+        let coordinates: Vec<f64> = free.iter().map(|one| one.coordinate(one.start)).collect();
+        let numbers = numbers(model, &free, &coordinates);
+        let size = free.len();
+        Self { free, coordinates, numbers, starts, cost: f64::INFINITY, covariance: DMatrix::zeros(size, size) }
+    }
+
+    /// Takes over what another fit found for the numbers that both have.
+    pub fn take_over(&mut self, model: &FileModel, other: &Fit) {
+        for (i, one) in self.free.iter().enumerate() {
+            if let Some(j) = other.free.iter().position(|known| known.slot == one.slot) {
+                self.coordinates[i] = other.coordinates[j];
+            }
+        }
+        self.numbers = numbers(model, &self.free, &self.coordinates);
+    }
+
+    /// The model with the fitted numbers.
+    #[must_use]
+    pub fn plant(&self, model: &FileModel) -> Plant {
+        plant(model, &self.numbers)
+    }
+
+    /// Value and standard deviation of a slot's coordinate; `None` if it was not moved.
+    #[must_use]
+    pub fn deviation(&self, index: usize) -> f64 {
+        self.covariance[(index, index)].max(0.0).sqrt()
+    }
+}
+
+fn plant(model: &FileModel, numbers: &Numbers) -> Plant {
+    Plant::new(numbers, model.inductance_h, model.rail_v, model.longest_step_s)
+}
+
+fn numbers(model: &FileModel, free: &[Free], coordinates: &[f64]) -> Numbers {
+    let mut numbers = model.numbers;
+    for (one, coordinate) in free.iter().zip(coordinates) {
+        numbers[one.slot as usize] = one.number(*coordinate);
+    }
+    numbers
+}
+
+/// Normal equations after the starts are eliminated, and what back substitution needs.
+struct Reduced {
+    /// The data's curvature and the prior's.
+    matrix: DMatrix<f64>,
+    /// The prior's alone, on the diagonal.
+    prior: Vec<f64>,
+    gradient: DVector<f64>,
+    /// Sum over segments of the outer products of their gradients.
+    meat: DMatrix<f64>,
+    /// Per track and segment: the start's own equations and its coupling to the numbers.
+    blocks: Vec<Vec<(Normal2, Vec<[f64; 2]>)>>,
+}
+
+/// Fits in place. Stops after `rounds` or when the cost falls by less than `tolerance` of itself.
+pub fn fit(model: &FileModel, data: &Data, start: Fit, rounds: usize, tolerance: f64) -> Fit {
+    let mut best = start;
+    let mut rolled = roll_all(model, data, &best.numbers, &best.starts);
+    best.cost = cost(data, &best, &rolled);
+    let mut damping = 1e-3;
+    let mut reduced = None;
+    for _ in 0..rounds {
+        let equations = linearise(model, data, &best, &rolled);
+        let mut fall = 0.0;
+        for attempt in 0..6 {
+            let mut trial = step(model, &best, &equations, damping);
+            let mut trial_rolled = roll_all(model, data, &trial.numbers, &trial.starts);
+            let mut trial_cost = cost(data, &trial, &trial_rolled);
+            if trial_cost >= best.cost && attempt % 2 == 0 {
+                // The starts that went with the old numbers, or a linear step from them, may not suit the new ones.
+                let plant = plant(model, &trial.numbers);
+                let guess = [best.starts.clone()];
+                let _ = rollout::refine_all(&plant, data.tracks, &mut trial.starts, &guess, 1);
+                trial_rolled = roll_all(model, data, &trial.numbers, &trial.starts);
+                trial_cost = cost(data, &trial, &trial_rolled);
+            }
+            if trial_cost < best.cost {
+                fall = best.cost - trial_cost;
+                best = Fit { cost: trial_cost, ..trial };
+                rolled = trial_rolled;
+                damping = (damping * 0.1).max(1e-7);
+                break;
+            }
+            damping *= 10.0;
+        }
+        reduced = Some(equations);
+        if fall <= tolerance * best.cost {
+            break;
+        }
+    }
+    if let Some(equations) = reduced {
+        best.covariance = sandwich(&equations, misfit(data, best.cost));
+    }
+    best
+}
+
+fn roll_all(model: &FileModel, data: &Data, numbers: &Numbers, starts: &Starts) -> Vec<Rolled> {
+    let plant = plant(model, numbers);
+    data.tracks
+        .par_iter()
+        .zip(starts)
+        .map(|(track, starts)| rollout::roll(&plant, track, starts, None, with_current(data, track)))
+        .collect()
+}
+
+fn with_current(data: &Data, track: &Track) -> bool {
+    data.sigma_current.is_some() && !track.current.is_empty()
+}
+
+fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
+    let mut sum = 0.0;
+    for (track, rolled) in data.tracks.iter().zip(rolled) {
+        sum += rollout::squared_errors(track, &rolled.readings).iter().sum::<f64>() / data.sigma.powi(2);
+        if let (Some(sigma), false) = (data.sigma_current, rolled.currents.is_empty()) {
+            sum += current_residuals(track, rolled).map(|(_, r)| (r / sigma).powi(2)).sum::<f64>();
+        }
+    }
+    for (one, coordinate) in fit.free.iter().zip(&fit.coordinates) {
+        sum += ((coordinate - one.coordinate(one.start)) / one.prior).powi(2);
+    }
+    if sum.is_finite() { sum } else { f64::INFINITY }
+}
+
+/// The finite-difference step of a coordinate.
+fn difference_step(one: &Free, coordinate: f64) -> f64 {
+    let step = match (one.scale, one.slot) {
+        (Scale::Log, _) => 2e-3,
+        // The bridge opens and closes on sample times: a smaller step would not see it.
+        (Scale::Linear(_), super::library::Slot::Delay) => 0.25,
+        (Scale::Linear(_), _) => 2e-2,
+    };
+    if coordinate + step > one.coordinate(one.high) { -step } else { step }
+}
+
+fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Reduced {
+    let size = fit.free.len();
+    let base = fit.plant(model);
+    let moved: Vec<(Plant, f64)> = (0..size)
+        .map(|i| {
+            let delta = difference_step(&fit.free[i], fit.coordinates[i]);
+            let mut coordinates = fit.coordinates.clone();
+            coordinates[i] += delta;
+            (plant(model, &numbers(model, &fit.free, &coordinates)), delta)
+        })
+        .collect();
+    // Columns 0 and 1: the starts; then the numbers.
+    let tasks: Vec<(usize, usize)> =
+        (0..data.tracks.len()).flat_map(|track| (0..size + 2).map(move |column| (track, column))).collect();
+    let columns: Vec<(Vec<f64>, Vec<f64>)> = tasks
+        .par_iter()
+        .map(|&(index, column)| {
+            let (track, starts, rolled) = (&data.tracks[index], &fit.starts[index], &rolled[index]);
+            if column < 2 {
+                return (rollout::start_column(&base, track, starts, rolled, column), Vec::new());
+            }
+            let (plant, delta) = &moved[column - 2];
+            let mut out = rollout::roll(plant, track, starts, None, with_current(data, track));
+            for (value, base) in out.readings.iter_mut().zip(&rolled.readings) {
+                *value = (*value - base) / delta;
+            }
+            for (value, base) in out.currents.iter_mut().zip(&rolled.currents) {
+                *value = (*value - base) / delta;
+            }
+            (out.readings, out.currents)
+        })
+        .collect();
+    let partial: Vec<_> = columns
+        .par_chunks(size + 2)
+        .enumerate()
+        .map(|(index, columns)| reduce(data, &data.tracks[index], &rolled[index], columns, size))
+        .collect();
+    let mut reduced = Reduced {
+        matrix: DMatrix::zeros(size, size),
+        prior: fit.free.iter().map(|one| one.prior.powi(-2)).collect(),
+        gradient: DVector::zeros(size),
+        meat: DMatrix::zeros(size, size),
+        blocks: Vec::with_capacity(partial.len()),
+    };
+    for (matrix, gradient, meat, blocks) in partial {
+        reduced.matrix += matrix;
+        reduced.gradient += gradient;
+        reduced.meat += meat;
+        reduced.blocks.push(blocks);
+    }
+    for (i, one) in fit.free.iter().enumerate() {
+        let precision = reduced.prior[i];
+        reduced.matrix[(i, i)] += precision;
+        reduced.gradient[i] -= precision * (fit.coordinates[i] - one.coordinate(one.start));
+    }
+    reduced
+}
+
+type TrackEquations = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, Vec<(Normal2, Vec<[f64; 2]>)>);
+
+/// One track's share of the normal equations.
+fn reduce(
+    data: &Data,
+    track: &Track,
+    rolled: &Rolled,
+    columns: &[(Vec<f64>, Vec<f64>)],
+    size: usize,
+) -> TrackEquations {
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut gradient = DVector::zeros(size);
+    let mut meat = DMatrix::zeros(size, size);
+    let mut blocks = Vec::with_capacity(track.segments.len());
+    let weight = 1.0 / data.sigma;
+    let mut place = 0;
+    let mut row = vec![0.0; size];
+    for segment in &track.segments {
+        let mut own = Normal2::default();
+        let mut coupling = vec![[0.0; 2]; size];
+        let mut local = vec![0.0; size * size];
+        let mut right = DVector::zeros(size);
+        for k in segment.first..segment.last {
+            if track.weight[k] > 0.0 {
+                let r = residual(track, segment, k, rolled.readings[place]) * weight;
+                let (a, b) = (columns[0].0[place] * weight, columns[1].0[place] * weight);
+                own.add(a, b, r);
+                for i in 0..size {
+                    row[i] = columns[i + 2].0[place] * weight;
+                    coupling[i][0] += a * row[i];
+                    coupling[i][1] += b * row[i];
+                }
+                add_row(&mut local, &mut right, &row, r);
+            }
+            if let (Some(sigma), true) = (data.sigma_current, with_current(data, track) && k > segment.first)
+                && let Some(simulated) = current_at(track, k, &rolled.currents, place)
+                && track.current[k].is_finite()
+            {
+                // The start's speed moves the current too, but so little beside the angle that it is left out.
+                for i in 0..size {
+                    row[i] = 0.5 * (columns[i + 2].1[place - 1] + columns[i + 2].1[place]) / sigma;
+                }
+                add_row(&mut local, &mut right, &row, (track.current[k] - simulated) / sigma);
+            }
+            place += 1;
+        }
+        let back = own.solve(own.gradient);
+        for i in 0..size {
+            right[i] -= coupling[i][0] * back[0] + coupling[i][1] * back[1];
+            let solved = own.solve(coupling[i]);
+            for j in 0..=i {
+                let value = local[i * size + j] - coupling[j][0] * solved[0] - coupling[j][1] * solved[1];
+                matrix[(i, j)] += value;
+                if i != j {
+                    matrix[(j, i)] += value;
+                }
+            }
+        }
+        meat += &right * right.transpose();
+        gradient += &right;
+        blocks.push((own, coupling));
+    }
+    (matrix, gradient, meat, blocks)
+}
+
+#[inline]
+fn add_row(local: &mut [f64], right: &mut DVector<f64>, row: &[f64], r: f64) {
+    let size = row.len();
+    for i in 0..size {
+        right[i] += row[i] * r;
+        for j in 0..=i {
+            local[i * size + j] += row[i] * row[j];
+        }
+    }
+}
+
+/// One damped step of numbers and starts.
+fn step(model: &FileModel, fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
+    let size = fit.free.len();
+    let mut matrix = equations.matrix.clone();
+    for i in 0..size {
+        matrix[(i, i)] += damping * matrix[(i, i)] + 1e-9;
+    }
+    // Numbers that stand at a bound and are pulled beyond it stay there: they leave the equations.
+    let held: Vec<bool> = (0..size)
+        .map(|i| {
+            let (one, at, pull) = (&fit.free[i], fit.coordinates[i], equations.gradient[i]);
+            (at <= lower(one) && pull < 0.0) || (at >= one.coordinate(one.high) && pull > 0.0)
+        })
+        .collect();
+    let mut gradient = equations.gradient.clone();
+    for i in (0..size).filter(|&i| held[i]) {
+        for j in 0..size {
+            matrix[(i, j)] = 0.0;
+            matrix[(j, i)] = 0.0;
+        }
+        matrix[(i, i)] = 1.0;
+        gradient[i] = 0.0;
+    }
+    let change = matrix.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&gradient));
+    let mut trial = fit.clone();
+    let mut moved = vec![0.0; size];
+    for i in 0..size {
+        let one = &fit.free[i];
+        // No number moves by more than a factor e, or four of its units, at once.
+        let most = if one.scale == Scale::Log { 1.0 } else { 8.0 };
+        let to = fit.coordinates[i] + change[i].clamp(-most, most);
+        trial.coordinates[i] = to.clamp(lower(one), one.coordinate(one.high));
+        moved[i] = trial.coordinates[i] - fit.coordinates[i];
+    }
+    trial.numbers = numbers(model, &trial.free, &trial.coordinates);
+    for (starts, blocks) in trial.starts.iter_mut().zip(&equations.blocks) {
+        for (start, (own, coupling)) in starts.iter_mut().zip(blocks) {
+            let mut right = own.gradient;
+            for (coupling, moved) in coupling.iter().zip(&moved) {
+                right[0] -= coupling[0] * moved;
+                right[1] -= coupling[1] * moved;
+            }
+            let step = own.solve(right);
+            start[0] += step[0];
+            start[1] += step[1];
+        }
+    }
+    trial
+}
+
+fn lower(one: &Free) -> f64 {
+    one.coordinate(one.low)
+}
+
+/// Covariance from the curvature and the scatter of the segments' gradients. Where the model misses the data by more
+/// than their noise, the data count for as much less beside the prior, so that a direction that they leave open keeps
+/// the prior's width.
+fn sandwich(equations: &Reduced, misfit: f64) -> DMatrix<f64> {
+    let size = equations.gradient.len();
+    let prior = DMatrix::from_diagonal(&DVector::from_column_slice(&equations.prior));
+    let mut matrix = (&equations.matrix - &prior) / misfit + &prior;
+    for i in 0..size {
+        matrix[(i, i)] = matrix[(i, i)] * (1.0 + 1e-9) + 1e-9;
+    }
+    match matrix.cholesky() {
+        Some(factor) => {
+            let inverse = factor.inverse();
+            &inverse * (&equations.meat / misfit.powi(2) + prior) * &inverse
+        }
+        None => DMatrix::identity(size, size),
+    }
+}
+
+/// Mean square error over the noise's, never below 1.
+fn misfit(data: &Data, cost: f64) -> f64 {
+    let readings: f64 = data
+        .tracks
+        .iter()
+        .flat_map(|track| track.segments.iter().map(|one| track.weight[one.first..one.last].iter().sum::<f64>() - 2.0))
+        .sum();
+    (cost / readings.max(1.0)).max(1.0)
+}

@@ -1,0 +1,196 @@
+//! From what was tried to a verdict.
+
+use super::bootstrap::{Bootstrap, interval};
+use super::library::Effect;
+use super::search::Tried;
+use super::verdict::Verdict;
+
+/// A model whose held-out error is within this factor of the noise floor has reached it.
+pub const REACHES: f64 = 1.12;
+/// The same for a pair of effects.
+const PAIR_REACHES: f64 = 1.06;
+/// Up to this factor, a single effect that removes this share of the excess has reached the floor too.
+const TRACE: (f64, f64) = (1.22, 0.975);
+/// The refitted nominal model has nothing to explain up to this factor.
+pub const NOTHING: f64 = 1.08;
+/// A cause that does not reach the floor is still named if it removes this share of the held-out error: half of its
+/// mean square.
+const SUBSTANTIAL: f64 = 0.29;
+/// Over all rollouts, the few that are worst included, it must still remove this share.
+const LEAST_OVERALL: f64 = 0.15;
+/// Share of the rollouts that a trimmed comparison leaves out.
+const TRIMMED: f64 = 0.05;
+/// A richer model must be better by this share of the error to be preferred to a simpler one, however sure the
+/// difference is.
+const PAYS: f64 = 0.01;
+/// Two-sided error of a comparison; candidates are many, so it is small.
+const TAIL: f64 = 0.001;
+
+/// The decision.
+#[derive(Clone, Debug)]
+pub struct Decision {
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// Index of the model that the answer names; `None` for the nominal one.
+    pub named: Option<usize>,
+    /// For each effect of it, those that do as well in its place.
+    pub also: Vec<Vec<Effect>>,
+}
+
+/// Everything a comparison needs.
+pub struct Bench<'a> {
+    /// Mean square noise, rad².
+    pub noise: f64,
+    /// The refitted nominal model.
+    pub nominal: &'a Tried,
+    /// Models with one or two effects.
+    pub tried: &'a [Tried],
+    /// Resamples of the held-out rollouts.
+    pub bootstrap: &'a Bootstrap,
+}
+
+impl Bench<'_> {
+    /// Held-out RMSE over the noise floor.
+    #[must_use]
+    pub fn ratio(&self, model: &Tried) -> f64 {
+        (model.mean_square() / self.noise).sqrt()
+    }
+
+    /// Whether a model reaches the floor. Of a large misfit, the law in the library may leave a trace because the real
+    /// one is richer: then it must have removed nearly all of it. A pair has more freedom, so more is asked of it.
+    fn reaches(&self, model: &Tried) -> bool {
+        let ratio = self.ratio(model);
+        if model.effects.len() > 1 {
+            return ratio <= PAIR_REACHES;
+        }
+        let removed = 1.0 - (model.mean_square() - self.noise) / (self.nominal.mean_square() - self.noise);
+        ratio <= REACHES || (ratio <= TRACE.0 && removed >= TRACE.1)
+    }
+
+    /// Share of one model's RMSE that another removes: value and interval.
+    #[must_use]
+    pub fn improvement(&self, from: &Tried, to: &Tried, tail: f64) -> [f64; 3] {
+        let share = |before: f64, after: f64| 1.0 - (after / before).sqrt();
+        let before = self.bootstrap.mean_squares(&from.judged.errors);
+        let after = self.bootstrap.mean_squares(&to.judged.errors);
+        let (low, high) = interval(before.iter().zip(&after).map(|(b, a)| share(*b, *a)).collect(), tail);
+        [share(from.mean_square(), to.mean_square()), low, high]
+    }
+
+    /// Whether `to` is better than `from` beyond doubt and by enough to matter.
+    #[must_use]
+    pub fn beats(&self, to: &Tried, from: &Tried) -> bool {
+        let [value, low, _] = self.improvement(from, to, TAIL);
+        value > PAYS && low > 0.0
+    }
+
+    /// Share of the nominal model's excess over the floor (mean square) that a model removes.
+    #[must_use]
+    pub fn gain(&self, model: &Tried) -> [f64; 3] {
+        let excess = |before: f64, after: f64| 100.0 * (1.0 - (after - self.noise).max(0.0) / (before - self.noise));
+        let before = self.bootstrap.mean_squares(&self.nominal.judged.errors);
+        let after = self.bootstrap.mean_squares(&model.judged.errors);
+        let values = before.iter().zip(&after).filter(|(b, _)| **b > self.noise).map(|(b, a)| excess(*b, *a)).collect();
+        let (low, high) = interval(values, 0.025);
+        [excess(self.nominal.mean_square(), model.mean_square()), low, high]
+    }
+
+    /// The verdict.
+    #[must_use]
+    pub fn decide(&self) -> Decision {
+        let nothing = Decision { verdict: Verdict::Nothing, named: None, also: Vec::new() };
+        if self.ratio(self.nominal) <= NOTHING {
+            return nothing;
+        }
+        for effects in [1, 2] {
+            let reached: Vec<usize> = (0..self.tried.len())
+                .filter(|&i| self.tried[i].effects.len() == effects && self.reaches(&self.tried[i]))
+                .filter(|&i| self.beats(&self.tried[i], self.nominal))
+                .collect();
+            if !reached.is_empty() {
+                return self.among(&reached, Verdict::Explained);
+            }
+        }
+        self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, named: None, also: Vec::new() })
+    }
+
+    /// Names one of several models of equal size, with those that it cannot be told from.
+    fn among(&self, models: &[usize], verdict: Verdict) -> Decision {
+        let best = *models
+            .iter()
+            .min_by(|&&a, &&b| self.tried[a].mean_square().total_cmp(&self.tried[b].mean_square()))
+            .unwrap_or(&0);
+        let mut class: Vec<usize> =
+            models.iter().copied().filter(|&i| i == best || !self.beats(&self.tried[best], &self.tried[i])).collect();
+        // The simplest of the class is named; what contains it is no rival.
+        class.sort_by_key(|&i| (self.tried[i].fit.free.len(), (1e6 * self.ratio(&self.tried[i])) as u64));
+        let contains_simpler = |i: usize| {
+            self.tried[i].effects.contains(&Effect::Stribeck)
+                && class.iter().any(|&j| {
+                    j != i
+                        && self.tried[i].effects.iter().all(|effect| {
+                            self.tried[j].effects.contains(effect)
+                                || (*effect == Effect::Stribeck && self.tried[j].effects.contains(&Effect::Coulomb))
+                        })
+                })
+        };
+        let class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i)).collect();
+        let best = if class.contains(&best) { best } else { class[0] };
+        let named = &self.tried[best].effects;
+        let also: Vec<Vec<Effect>> = named
+            .iter()
+            .map(|effect| {
+                let mut others: Vec<Effect> = class
+                    .iter()
+                    .filter(|&&i| i != best)
+                    .flat_map(|&i| self.tried[i].effects.iter().copied())
+                    .filter(|other| other != effect && !named.contains(other))
+                    .collect();
+                others.sort();
+                others.dedup();
+                others
+            })
+            .collect();
+        let ambiguous = class.len() > 1;
+        let verdict = if ambiguous && verdict == Verdict::Explained { Verdict::Ambiguous } else { verdict };
+        Decision { verdict, named: Some(best), also }
+    }
+
+    /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share; with it a
+    /// second one, if the second pays as clearly again.
+    fn partial(&self) -> Option<Decision> {
+        let single: Vec<usize> = (0..self.tried.len()).filter(|&i| self.tried[i].effects.len() == 1).collect();
+        let best =
+            *single.iter().min_by(|&&a, &&b| self.tried[a].mean_square().total_cmp(&self.tried[b].mean_square()))?;
+        let all = self.improvement(self.nominal, &self.tried[best], 0.025)[0];
+        let [value, low, _] = self.trimmed(self.nominal, &self.tried[best]);
+        if all < LEAST_OVERALL || value < SUBSTANTIAL || low < 0.5 * SUBSTANTIAL {
+            return None;
+        }
+        let rivals: Vec<usize> = single
+            .into_iter()
+            .filter(|&i| i == best || self.trimmed(self.nominal, &self.tried[i])[0] > 0.5 * value)
+            .collect();
+        Some(self.among(&rivals, Verdict::Unexplained))
+    }
+
+    /// [`Self::improvement`] without the rollouts that are worst in either model: where a model is wrong in something
+    /// else too, a single one of them can outweigh all others.
+    fn trimmed(&self, from: &Tried, to: &Tried) -> [f64; 3] {
+        let worst = |i: usize| {
+            let per = |tried: &Tried| tried.judged.errors[i].0 / tried.judged.errors[i].1;
+            per(from).max(per(to))
+        };
+        let mut order: Vec<usize> = (0..from.judged.errors.len()).collect();
+        order.sort_by(|&a, &b| worst(b).total_cmp(&worst(a)));
+        order.truncate((order.len() as f64 * TRIMMED).ceil() as usize);
+        let without = |tried: &Tried| {
+            let mut tried = tried.clone();
+            for &i in &order {
+                tried.judged.errors[i] = (0.0, 0.0);
+            }
+            tried
+        };
+        self.improvement(&without(from), &without(to), 0.025)
+    }
+}

@@ -1,0 +1,182 @@
+//! Tries the library: every effect on its own, then the most promising pairs, each fitted jointly with the file's own
+//! numbers and judged on the held-out runs.
+
+use rayon::prelude::*;
+
+use super::fit::Fit;
+use super::library::{Effect, starts};
+use super::session::{Judged, Session};
+
+/// A model that was tried.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// Effects added to the file's model.
+    pub effects: Vec<Effect>,
+    /// Its fit.
+    pub fit: Fit,
+    /// How it does on the held-out runs.
+    pub judged: Judged,
+}
+
+impl Tried {
+    /// Held-out mean square error, rad².
+    #[must_use]
+    pub fn mean_square(&self) -> f64 {
+        self.judged.mean_square()
+    }
+}
+
+/// How far the cost must still fall in a round for the fit to go on.
+const TOLERANCE: f64 = 2e-5;
+/// Rounds of a fit at most.
+const ROUNDS: usize = 15;
+/// Rounds of a first look.
+const LOOK: usize = 7;
+/// A model is fitted in full if its excess over the noise after the first look is within this factor of the best's.
+const PROMISING: f64 = 2.0;
+/// Friction laws are fitted from each other's outcome where the better one comes this near to the floor (mean square).
+const NEAR: f64 = 1.6;
+/// Most single effects and most pairs that are fitted in full.
+const MOST: (usize, usize) = (5, 3);
+/// Pairs are formed among this many of the best single effects.
+const PAIRED: usize = 3;
+
+/// Every effect that the file lacks and that these runs can show.
+#[must_use]
+pub fn candidates(session: &Session, in_file: impl Fn(Effect) -> bool) -> Vec<Effect> {
+    let tracks = || session.fit.iter().chain(&session.held_out);
+    Effect::ALL
+        .into_iter()
+        .filter(|&effect| !in_file(effect))
+        .filter(|&effect| match effect {
+            // Behind a voltage measured at the terminals neither bridge nor supply can do anything.
+            Effect::Drop => tracks().all(|track| !track.terminals_measured),
+            Effect::Sag => tracks().all(|track| !track.drive_is_volts),
+            _ => true,
+        })
+        .collect()
+}
+
+/// Fits and judges every effect on its own; `done` is told after each. With `briefly`, a first look is all that any
+/// gets: there is nothing to explain.
+#[must_use]
+pub fn singles(
+    session: &Session,
+    nominal: &Tried,
+    effects: &[Effect],
+    briefly: bool,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Tried> {
+    let wanted: Vec<(Vec<Effect>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &nominal.fit)).collect();
+    try_all(session, &wanted, briefly, MOST.0, done)
+}
+
+/// Looks at every model briefly from each of its starting points, fits the promising ones (`most` of them) in full,
+/// judges all.
+fn try_all(
+    session: &Session,
+    wanted: &[(Vec<Effect>, &Fit)],
+    briefly: bool,
+    most: usize,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Tried> {
+    let looks: Vec<Fit> = wanted
+        .par_iter()
+        .map(|(effects, from)| {
+            let starts = effects.iter().map(|&effect| starts(effect)).max().unwrap_or(1);
+            let rounds = if briefly { 3 } else { LOOK };
+            (0..starts)
+                .map(|start| session.look(effects, start, from, rounds))
+                .min_by(|a, b| a.cost.total_cmp(&b.cost))
+                .unwrap_or_else(|| (*from).clone())
+        })
+        .collect();
+    let readings = session.coarse_readings();
+    let excess: Vec<f64> = looks.iter().map(|look| (look.cost / readings - 1.0).max(0.0)).collect();
+    let mut sorted = excess.clone();
+    sorted.sort_by(f64::total_cmp);
+    let at = |place: usize| sorted.get(place.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0);
+    let bar = (PROMISING * at(0) + 0.05).clamp(at(1), at(most - 1).max(at(1)));
+    // Where Stribeck friction is promising, what it contains must not lose for want of a full fit.
+    let simpler: Vec<Vec<Effect>> = wanted
+        .iter()
+        .zip(&excess)
+        .filter(|(_, excess)| **excess <= bar)
+        .filter_map(|((effects, _), _)| with_coulomb(effects))
+        .collect();
+    let mut tried: Vec<Tried> = looks
+        .into_par_iter()
+        .zip(wanted)
+        .zip(excess)
+        .map(|((look, (effects, _)), excess)| {
+            let promising = excess <= bar || simpler.contains(effects);
+            let fit = if promising && !briefly { session.finish(look, ROUNDS, TOLERANCE) } else { look };
+            let judged = session.judge(&fit);
+            done();
+            Tried { effects: effects.clone(), fit, judged }
+        })
+        .collect();
+    if !briefly {
+        level(session, &mut tried);
+    }
+    tried
+}
+
+/// Stribeck friction contains Coulomb friction: each of the two is fitted once more from where the other ended, where
+/// that promises more, so that neither wins by the luck of its starting point.
+fn level(session: &Session, tried: &mut [Tried]) {
+    for rich in 0..tried.len() {
+        let Some(simple) = with_coulomb(&tried[rich].effects) else { continue };
+        let Some(simple) = tried.iter().position(|one| one.effects == simple) else { continue };
+        for (from, to) in [(rich, simple), (simple, rich)] {
+            // Within a per mille they agree already; far apart, it is no matter of starting points.
+            let ratio = tried[to].mean_square() / tried[from].mean_square();
+            if ratio > 1.002 && tried[from].mean_square() < NEAR * session.noise {
+                let again = session.again(&tried[to].effects, &tried[from].fit, ROUNDS, TOLERANCE);
+                let judged = session.judge(&again);
+                if judged.mean_square() < tried[to].mean_square() {
+                    tried[to] = Tried { effects: tried[to].effects.clone(), fit: again, judged };
+                }
+            }
+        }
+    }
+}
+
+/// The same effects with Coulomb friction in place of Stribeck friction; `None` without the latter.
+fn with_coulomb(effects: &[Effect]) -> Option<Vec<Effect>> {
+    let place = effects.iter().position(|&effect| effect == Effect::Stribeck)?;
+    let mut simpler = effects.to_vec();
+    simpler[place] = Effect::Coulomb;
+    simpler.sort();
+    Some(simpler)
+}
+
+/// Fits and judges pairs of the best single effects.
+#[must_use]
+pub fn pairs(session: &Session, singles: &[Tried]) -> Vec<Tried> {
+    let mut order: Vec<&Tried> = singles.iter().collect();
+    order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    let mut wanted: Vec<(Vec<Effect>, &Fit)> = Vec::new();
+    for (i, first) in order.iter().enumerate() {
+        for (j, second) in order.iter().enumerate().skip(i + 1) {
+            // The best one with every other, and the rest of the best few among themselves.
+            if (i == 0 || j < PAIRED) && !first.effects[0].overlaps(second.effects[0]) {
+                let mut effects = vec![first.effects[0], second.effects[0]];
+                effects.sort();
+                wanted.push((effects, &first.fit));
+            }
+        }
+    }
+    let simpler: Vec<(Vec<Effect>, &Fit)> = wanted
+        .iter()
+        .filter_map(|(effects, _)| with_coulomb(effects))
+        .filter(|simpler| !wanted.iter().any(|(effects, _)| effects == simpler))
+        .filter_map(|simpler| {
+            let coulomb = order.iter().find(|tried| tried.effects == [Effect::Coulomb])?;
+            Some((simpler, &coulomb.fit))
+        })
+        .filter(|(simpler, _)| simpler.len() == 2 && simpler[0] != simpler[1])
+        .collect();
+    wanted.extend(simpler);
+    try_all(session, &wanted, false, MOST.1, &|| ())
+}

@@ -1,0 +1,252 @@
+//! What a diagnosis says: the verdict in the exchange format, and behind it the evidence that a report draws.
+//!
+//! [`Diagnosis`] serialises to the JSON object of `scram diagnose --json`; [`Detail`] is for reports and tests and is
+//! not part of that object. Angles are in radians here, in degrees only where a key's name says so.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// The answer in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The model with refitted numbers reaches the noise floor on unseen data.
+    Nothing,
+    /// One effect (or a pair) brings the model to the noise floor, and no rival does as well.
+    Explained,
+    /// Several effects do equally well on these data.
+    Ambiguous,
+    /// No effect of the library reaches the noise floor; a cause may still be named for the part that it removes.
+    Unexplained,
+}
+
+impl Verdict {
+    /// The word used in JSON.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Nothing => "nothing",
+            Self::Explained => "explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// An effect that the model lacks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// Name as in robot.toml's `[effects.NAME]`.
+    pub effect: String,
+    /// Other effects that these data cannot tell apart from it.
+    pub also: Vec<String>,
+    /// Its parameters by robot.toml key: `[value, low, high]` in the unit that the key's name ends with, 95 %.
+    pub parameters: BTreeMap<String, [f64; 3]>,
+}
+
+/// How much better the extended model is on the held-out runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Gain {
+    /// Share of the held-out error above the noise floor (mean square) that the causes remove, %.
+    pub percent_of_excess_removed: f64,
+    /// Lower end of its 95 % interval, %.
+    pub low: f64,
+    /// Upper end, %.
+    pub high: f64,
+}
+
+/// Where the error that remains lives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeftOver {
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `time_s` or `time_in_rollout_s`.
+    pub coordinate: String,
+    /// Lower end of the range.
+    pub from: f64,
+    /// Upper end of the range.
+    pub to: f64,
+    /// Share of what is left above the floor that lies in this range, 0 … 1.
+    pub share: f64,
+}
+
+/// A diagnosis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// What the model lacks; empty when nothing does or nothing is known.
+    pub causes: Vec<Cause>,
+    /// Noise of the angle reading, estimated without any motor model, rad RMS.
+    pub noise_floor: f64,
+    /// Held-out free-rollout RMSE of the file's model with refitted numbers, rad.
+    pub before: f64,
+    /// The same of the extended model (equal to `before` when there is no cause), rad.
+    pub after: f64,
+    /// How much of the excess the causes remove.
+    pub gain: Gain,
+    /// Where the rest lives; `None` when nothing is left.
+    pub left_over: Option<LeftOver>,
+    /// The experiment that would decide, when these data cannot.
+    pub next_experiment: Option<String>,
+    /// Everything that a report draws; not in the JSON.
+    #[serde(skip)]
+    pub detail: Detail,
+}
+
+/// The evidence behind a [`Diagnosis`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Detail {
+    /// Length of the free rollouts that everything is judged by, s.
+    pub horizon_s: f64,
+    /// How many rollouts the held-out runs gave.
+    pub held_out_rollouts: usize,
+    /// Names of the runs that were fitted on.
+    pub fit_runs: Vec<String>,
+    /// Names of the runs that were held out.
+    pub held_out_runs: Vec<String>,
+    /// Every number of the file's own model, refitted without any cause.
+    pub nominal: Vec<FittedParameter>,
+    /// What the extended robot file says: refitted numbers and the tables of the causes.
+    pub extended: Vec<FittedParameter>,
+    /// Every candidate that was tried, best first. The first entry with no effect is the refitted nominal model.
+    pub candidates: Vec<CandidateEvidence>,
+    /// The misfit against each coordinate.
+    pub misfit_map: Vec<MisfitCurve>,
+    /// Held-out rollouts to look at, the worst before, the median, and so on.
+    pub traces: Vec<RolloutTrace>,
+    /// RMS error of every held-out rollout.
+    pub rollout_errors: Vec<RolloutError>,
+    /// What of each run was used.
+    pub runs: Vec<RunUse>,
+    /// The verdict in a few plain sentences.
+    pub summary: Vec<String>,
+}
+
+/// RMS error of one held-out rollout.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RolloutError {
+    /// Of the refitted nominal model, rad.
+    pub before: f64,
+    /// Of the extended model, rad.
+    pub after: f64,
+}
+
+/// What of a run was used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunUse {
+    /// The run's name.
+    pub name: String,
+    /// Held out, not fitted on.
+    pub held_out: bool,
+    /// Its length, s.
+    pub seconds: f64,
+    /// Samples in it.
+    pub samples: usize,
+    /// Samples with a reading that counts and within a rollout.
+    pub used: usize,
+    /// Samples without a reading (blind arc, empty cells).
+    pub missing: usize,
+    /// Readings left out as spikes.
+    pub spikes: usize,
+    /// Rollouts cut from it.
+    pub rollouts: usize,
+}
+
+/// A fitted number of the robot file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedParameter {
+    /// Dotted path in robot.toml, e.g. `motor.resistance_ohm` or `effects.coulomb_friction.torque_nm`.
+    pub path: String,
+    /// Fitted value in the unit that the key's name ends with.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// What the file says; `None` for a number that it does not have.
+    pub file_value: Option<f64>,
+}
+
+/// How one candidate did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CandidateEvidence {
+    /// The effects added to the file's model: none (the refitted nominal), one, or a pair.
+    pub effects: Vec<String>,
+    /// Held-out free-rollout RMSE, rad.
+    pub held_out_rmse: f64,
+    /// The same over the noise floor.
+    pub ratio_to_floor: f64,
+    /// Share of the refitted nominal's held-out RMSE that it removes, %: value, low, high (95 %, bootstrap).
+    pub improvement_percent: [f64; 3],
+    /// Its own parameters (not the nominal ones).
+    pub parameters: Vec<FittedParameter>,
+    /// What speaks for it, in words.
+    pub speaks_for: Vec<String>,
+    /// What speaks against it, in words.
+    pub speaks_against: Vec<String>,
+    /// Whether the verdict names it.
+    pub named: bool,
+}
+
+/// Root mean square of the held-out rollout error against one coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MisfitCurve {
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `time_s` or `time_in_rollout_s`.
+    pub coordinate: String,
+    /// Bins, ascending; bins with too few samples are left out.
+    pub bins: Vec<MisfitBin>,
+}
+
+/// One bin of a [`MisfitCurve`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MisfitBin {
+    /// Lower edge.
+    pub from: f64,
+    /// Upper edge.
+    pub to: f64,
+    /// Samples in it.
+    pub samples: usize,
+    /// RMS of the refitted nominal model's error, rad.
+    pub before: f64,
+    /// RMS of the extended model's error, rad.
+    pub after: f64,
+    /// Mean (signed) error before, measured minus simulated, rad.
+    pub bias_before: f64,
+    /// Mean (signed) error after, rad.
+    pub bias_after: f64,
+}
+
+/// A stretch of a held-out run, measured and simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RolloutTrace {
+    /// The run's name.
+    pub run: String,
+    /// Why it is shown, e.g. `worst before`.
+    pub why: String,
+    /// One entry a sample.
+    pub samples: Vec<TraceSample>,
+}
+
+/// One sample of a [`RolloutTrace`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TraceSample {
+    /// Time in the run, s.
+    pub t_s: f64,
+    /// A rollout begins here.
+    pub starts: bool,
+    /// Unwrapped measured angle, rad; `None` where there is no reading.
+    pub measured: Option<f64>,
+    /// Simulated reading of the refitted nominal model, rad, same turn.
+    pub before: f64,
+    /// Simulated reading of the extended model, rad.
+    pub after: f64,
+}
+
+/// The floor and the refitted nominal model's error, rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Misfit {
+    /// Noise of the angle reading, rad RMS.
+    pub noise_floor: f64,
+    /// Held-out free-rollout RMSE of the refitted nominal model, rad.
+    pub before: f64,
+}

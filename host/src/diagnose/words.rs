@@ -1,0 +1,167 @@
+//! The verdict and its evidence in words.
+
+use super::judge::{Bench, REACHES};
+use super::library::{Effect, Scale, Slot};
+use super::search::Tried;
+use super::verdict::{Diagnosis, Verdict};
+
+/// What speaks for and against a model.
+#[must_use]
+pub fn evidence(bench: &Bench, model: &Tried, named: Option<&Tried>) -> (Vec<String>, Vec<String>) {
+    let (mut speaks_for, mut against) = (Vec::new(), Vec::new());
+    let ratio = bench.ratio(model);
+    let [value, low, high] = bench.improvement(bench.nominal, model, 0.025).map(|share| 100.0 * share);
+    if low > 0.0 && value >= 1.0 {
+        speaks_for.push(format!("removes {value:.0} % ({low:.0} to {high:.0}) of the held-out error"));
+    } else {
+        against
+            .push(format!("removes {value:.1} % ({low:.1} to {high:.1}) of the held-out error: nothing to speak of"));
+    }
+    if ratio <= REACHES {
+        speaks_for.push(format!("reaches the noise floor ({ratio:.2} times)"));
+    } else {
+        against.push(format!("leaves {ratio:.2} times the noise floor"));
+    }
+    if let Some(named) = named {
+        let [behind, low, _] = bench.improvement(model, named, 0.025).map(|share| 100.0 * share);
+        if low > 0.0 && behind > 1.0 {
+            against.push(format!("{} leaves {behind:.0} % less", list(&named.effects)));
+        } else if named.effects != model.effects {
+            speaks_for.push(format!("as good as {} on these runs", list(&named.effects)));
+        }
+    }
+    for (i, free) in model.fit.free.iter().enumerate().skip(bench.nominal.fit.free.len()) {
+        let at = model.fit.coordinates[i];
+        if at <= free.coordinate(free.low) && matches!(free.scale, Scale::Linear(_)) {
+            against.push(format!("its fit sets {} to the lower bound", quantity(free.slot)));
+        } else if at >= free.coordinate(free.high) {
+            against.push(format!("its fit drives {} into the upper bound", quantity(free.slot)));
+        }
+    }
+    (speaks_for, against)
+}
+
+/// A fitted number for people.
+fn quantity(slot: Slot) -> &'static str {
+    match slot {
+        Slot::Resistance => "the winding's resistance",
+        Slot::TorqueConstant => "the torque constant",
+        Slot::Inertia => "the inertia",
+        Slot::Viscous => "the viscous damping",
+        Slot::Coulomb => "the sliding friction",
+        Slot::BreakawayExcess => "the breakaway torque",
+        Slot::StribeckSpeed => "the Stribeck speed",
+        Slot::LoadCoefficient => "the load coefficient",
+        Slot::Presliding => "the presliding length",
+        Slot::GravityCos | Slot::GravitySin => "the gravity torque",
+        Slot::DropVolts => "the bridge's drop",
+        Slot::DropSlope => "the rise of the bridge's drop",
+        Slot::Deadband => "the deadband",
+        Slot::SagOhm => "the supply's resistance",
+        Slot::RelaxationOhm => "the supply's slow resistance",
+        Slot::RelaxationTime => "the supply's relaxation time",
+        Slot::Delay => "the delay",
+        Slot::Cos1 | Slot::Sin1 => "the sensor's first harmonic",
+        Slot::Cos2 | Slot::Sin2 => "the sensor's second harmonic",
+    }
+}
+
+/// Names joined with "and".
+#[must_use]
+pub fn list(effects: &[Effect]) -> String {
+    effects.iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" and ")
+}
+
+/// The experiment that tells the effects of a class apart, or that would show more of what is left.
+#[must_use]
+pub fn next_experiment(class: &[Effect], left_over: Option<&str>) -> Option<String> {
+    use Effect::{Coulomb, Delay, Drop, Gravity, Load, Nonlinearity, Sag, Stribeck};
+    let has = |a: Effect, b: Effect| class.contains(&a) && class.contains(&b);
+    let friction = |effect: &Effect| matches!(effect, Coulomb | Stribeck | Load);
+    let text = if class.len() > 1 {
+        if class.contains(&Drop) && class.iter().any(friction) {
+            "turn the shaft up to speed and let it coast with the bridge open (enable = 0), from several speeds: friction \
+             brakes on, the driver's drop does not"
+        } else if has(Coulomb, Stribeck) {
+            "raise the duty slowly through zero from rest, both ways, a dozen times: a breakaway above the sliding \
+             torque shows Stribeck friction"
+        } else if class.contains(&Load) && class.iter().any(friction) {
+            "accelerate hard and coast freely through the same speeds: only load friction differs between the two"
+        } else if has(Drop, Sag) {
+            "hold several duties on the same load and measure the bridge's supply (column supply_v)"
+        } else if has(Gravity, Nonlinearity) {
+            "turn at two constant speeds, slow and fast: gravity's ripple shrinks with speed, the sensor's error does not"
+        } else if class.contains(&Delay) {
+            "reverse the drive abruptly at several speeds: a late reading is late by the same time everywhere"
+        } else if class.contains(&Sag) {
+            "measure the bridge's supply (column supply_v) in the same runs"
+        } else {
+            "repeat the runs with other speeds and duties, and with stretches where the bridge is open (enable = 0)"
+        }
+    } else {
+        match left_over? {
+            "angle_rad" => {
+                "turn slowly at several constant speeds, both ways: what depends on the angle repeats every turn"
+            }
+            "speed_rad_per_s" => {
+                "hold constant speeds across the range where the misfit lives, both ways, and coast through it"
+            }
+            "voltage_v" => "measure the voltage at the motor's terminals (column voltage_v) and repeat the runs",
+            "time_s" => "repeat one run three times in a row, cold and warm, with temperature and supply recorded",
+            _ => "repeat the runs with the current measured (column current_a)",
+        }
+    };
+    Some(text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// The verdict in a few plain sentences.
+#[must_use]
+pub fn summary(diagnosis: &Diagnosis) -> Vec<String> {
+    let degrees = |rad: f64| rad.to_degrees();
+    let mut out = vec![format!(
+        "Simulated freely for {:.2} s at a time, the model with refitted numbers is off by {:.3}° on runs it has not \
+         seen; the angle reading itself scatters by {:.3}°.",
+        diagnosis.detail.horizon_s,
+        degrees(diagnosis.before),
+        degrees(diagnosis.noise_floor)
+    )];
+    let causes: Vec<String> = diagnosis
+        .causes
+        .iter()
+        .map(|cause| {
+            if cause.also.is_empty() {
+                cause.effect.clone()
+            } else {
+                format!("{} (or {})", cause.effect, cause.also.join(", "))
+            }
+        })
+        .collect();
+    let causes = causes.join(" and ");
+    out.push(match diagnosis.verdict {
+        Verdict::Nothing => "There is nothing to explain: only numbers were wrong, not the model.".to_owned(),
+        Verdict::Explained => {
+            format!("The model lacks {causes}; with it the error is {:.3}°.", degrees(diagnosis.after))
+        }
+        Verdict::Ambiguous => format!(
+            "The model lacks one of these, which these runs cannot tell apart: {causes}. With it the error is {:.3}°.",
+            degrees(diagnosis.after)
+        ),
+        Verdict::Unexplained if causes.is_empty() => {
+            "Something is missing that no effect of the library explains.".to_owned()
+        }
+        Verdict::Unexplained => format!(
+            "{causes} explains a part (error {:.3}°), but something else is missing too.",
+            degrees(diagnosis.after)
+        ),
+    });
+    if let Some(left) = &diagnosis.left_over {
+        out.push(format!(
+            "{:.0} % of what is left lies at {} from {:.3} to {:.3}.",
+            100.0 * left.share,
+            left.coordinate,
+            left.from,
+            left.to
+        ));
+    }
+    out
+}

@@ -1,0 +1,264 @@
+//! One style for every plot: a panel has a title, a legend beside it, labelled axes, and lines over shaded bands.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+/// Ink of axes and text.
+const INK: RGBColor = RGBColor(40, 40, 40);
+/// Grid.
+const GRID: RGBColor = RGBColor(225, 225, 225);
+/// Shade of a band.
+const SHADE: RGBColor = RGBColor(229, 232, 240);
+/// Points that a line keeps: more than a screen has columns.
+const MOST_POINTS: usize = 4000;
+/// Bands that still tell something apart.
+const MOST_BANDS: usize = 80;
+
+/// A drawing could not be made.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[error("the plot `{title}` cannot be drawn: {problem}")]
+#[diagnostic(help("this is a defect of scram: please report the command that led here"))]
+pub struct PlotError {
+    title: String,
+    problem: String,
+}
+
+/// Width and height of one panel, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Width.
+    pub width: u32,
+    /// Height of each panel.
+    pub height: u32,
+}
+
+/// One line; a `None` breaks it.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// For the legend.
+    pub label: String,
+    /// Colour.
+    pub colour: RGBColor,
+    /// Drawn with gaps.
+    pub dashed: bool,
+    /// Width, pixels.
+    pub width: u32,
+    /// (x, y); a y of `None` breaks the line.
+    pub points: Vec<(f64, Option<f64>)>,
+}
+
+/// Shaded ranges of x.
+#[derive(Clone, Debug, Default)]
+pub struct Band {
+    /// For the legend.
+    pub label: String,
+    /// From, to.
+    pub ranges: Vec<(f64, f64)>,
+}
+
+/// One plot.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// Says what is seen.
+    pub title: String,
+    /// Quantity and unit of the y axis.
+    pub y_label: String,
+    /// Range of x.
+    pub x: (f64, f64),
+    /// Range of y; `None` fits the lines.
+    pub y: Option<(f64, f64)>,
+    /// Shaded ranges.
+    pub band: Option<Band>,
+    /// The lines, later ones on top.
+    pub lines: Vec<Line>,
+}
+
+/// Draws panels one above the other.
+///
+/// # Errors
+/// The drawing library refuses.
+pub fn render(panels: &[Panel], size: Size) -> Result<String, PlotError> {
+    let mut text = String::new();
+    {
+        let height = size.height * u32::try_from(panels.len()).unwrap_or(1).max(1);
+        let root = SVGBackend::with_string(&mut text, (size.width, height)).into_drawing_area();
+        let fail = |title: &str, problem: String| PlotError { title: title.to_owned(), problem };
+        root.fill(&WHITE).map_err(|e| fail("background", e.to_string()))?;
+        let areas = root.split_evenly((panels.len().max(1), 1));
+        for (index, (panel, area)) in panels.iter().zip(&areas).enumerate() {
+            let last = index + 1 == panels.len();
+            draw(panel, area, last).map_err(|e| fail(&panel.title, e.to_string()))?;
+        }
+        root.present().map_err(|e| fail("file", e.to_string()))?;
+    }
+    Ok(text)
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+fn draw(panel: &Panel, area: &Area<'_>, x_label: bool) -> Drawn {
+    heading(panel, area)?;
+    let (low, high) = panel.y.unwrap_or_else(|| fitted(panel));
+    let mut chart = ChartBuilder::on(area)
+        .margin_top(34)
+        .margin_right(24)
+        .margin_left(8)
+        .margin_bottom(6)
+        .x_label_area_size(if x_label { 44 } else { 26 })
+        .y_label_area_size(74)
+        .build_cartesian_2d(panel.x.0..panel.x.1, low..high)?;
+
+    if let Some(band) = shaded(panel) {
+        let inside = band.ranges.iter().map(|&(from, to)| (from.max(panel.x.0), to.min(panel.x.1)));
+        chart.draw_series(
+            inside
+                .filter(|(from, to)| from < to)
+                .map(|(from, to)| Rectangle::new([(from, low), (to, high)], SHADE.filled())),
+        )?;
+    }
+    let y_mark = |y: &f64| tick_label(*y, high - low);
+    let x_mark = |x: &f64| tick_label(*x, panel.x.1 - panel.x.0);
+    let mut mesh = chart.configure_mesh();
+    mesh.label_style(("sans-serif", 15).into_font().color(&INK))
+        .axis_desc_style(("sans-serif", 16).into_font().color(&INK))
+        .axis_style(INK)
+        .bold_line_style(GRID)
+        .light_line_style(TRANSPARENT)
+        .x_labels(11)
+        .y_labels(6)
+        .y_label_formatter(&y_mark)
+        .x_label_formatter(&x_mark)
+        .y_desc(&panel.y_label);
+    if x_label {
+        mesh.x_desc("time / s");
+    }
+    mesh.draw()?;
+
+    for line in &panel.lines {
+        let style = line.colour.stroke_width(line.width);
+        for piece in pieces(line, panel.x, (low, high)) {
+            if line.dashed {
+                chart.draw_series(DashedLineSeries::new(piece, 8, 5, style))?;
+            } else {
+                chart.draw_series(LineSeries::new(piece, style))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn shaded(panel: &Panel) -> Option<&Band> {
+    panel.band.as_ref().filter(|band| !band.ranges.is_empty() && band.ranges.len() <= MOST_BANDS)
+}
+
+/// Title at the left, legend at the right of the same row.
+fn heading(panel: &Panel, area: &Area<'_>) -> Drawn {
+    let font = |size: i32| ("sans-serif", size).into_font().color(&INK);
+    area.draw(&Text::new(panel.title.clone(), (84, 9), font(18)))?;
+    let mut x = i32::try_from(area.dim_in_pixel().0).unwrap_or(i32::MAX) - 24;
+    // 8 pixels a character is the mean width of the font at this size.
+    let width = |label: &str| 8 * i32::try_from(label.chars().count()).unwrap_or(0);
+    if let Some(band) = shaded(panel) {
+        x -= width(&band.label);
+        area.draw(&Text::new(band.label.clone(), (x, 11), font(15)))?;
+        x -= 26;
+        area.draw(&Rectangle::new([(x, 12), (x + 20, 24)], SHADE.filled()))?;
+        x -= 18;
+    }
+    for line in panel.lines.iter().rev().filter(|line| !line.label.is_empty()) {
+        x -= width(&line.label);
+        area.draw(&Text::new(line.label.clone(), (x, 11), font(15)))?;
+        x -= 34;
+        let strokes =
+            if line.dashed { vec![(x, x + 8), (x + 13, x + 21), (x + 25, x + 28)] } else { vec![(x, x + 28)] };
+        for (from, to) in strokes {
+            area.draw(&PathElement::new(vec![(from, 18), (to, 18)], line.colour.stroke_width(line.width.max(2))))?;
+        }
+        x -= 18;
+    }
+    Ok(())
+}
+
+/// Digits that tell the marks of an axis apart.
+fn tick_label(value: f64, span: f64) -> String {
+    let decimals = if span >= 20.0 { 0 } else { (2.0 - span.log10().floor()).clamp(1.0, 6.0) as usize - 1 };
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
+        "0".into()
+    } else {
+        text.replace('-', "−")
+    }
+}
+
+/// A range around what is drawn.
+fn fitted(panel: &Panel) -> (f64, f64) {
+    let shown = panel.lines.iter().flat_map(|line| &line.points);
+    let inside = shown.filter(|(x, _)| (panel.x.0..=panel.x.1).contains(x)).filter_map(|(_, y)| *y);
+    let (low, high) = inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+    if low > high {
+        return (-1.0, 1.0);
+    }
+    let pad = (0.06 * (high - low)).max(1e-3 * high.abs()).max(1e-6);
+    (low - pad, high + pad)
+}
+
+/// The unbroken pieces of a line within the range, thinned so that every extreme stays.
+fn pieces(line: &Line, x: (f64, f64), y: (f64, f64)) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces = vec![Vec::new()];
+    for &(at, value) in &line.points {
+        match value {
+            Some(value) if at >= x.0 && at <= x.1 && value >= y.0 && value <= y.1 => {
+                if let Some(piece) = pieces.last_mut() {
+                    piece.push((at, value));
+                }
+            }
+            _ if pieces.last().is_some_and(|piece| !piece.is_empty()) => pieces.push(Vec::new()),
+            _ => {}
+        }
+    }
+    pieces.retain(|piece| piece.len() > 1);
+    let total: usize = pieces.iter().map(Vec::len).sum();
+    let per_bucket = 2 * total.div_ceil(MOST_POINTS);
+    if per_bucket > 2 { pieces.into_iter().map(|piece| extremes(&piece, per_bucket)).collect() } else { pieces }
+}
+
+/// Lowest and highest point of every bucket, in the order of x.
+fn extremes(piece: &[(f64, f64)], per_bucket: usize) -> Vec<(f64, f64)> {
+    let mut kept = Vec::new();
+    for bucket in piece.chunks(per_bucket) {
+        let by_y = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        if let (Some(low), Some(high)) = (bucket.iter().min_by(by_y), bucket.iter().max_by(by_y)) {
+            kept.push(if low.0 <= high.0 { *low } else { *high });
+            if low.0 != high.0 {
+                kept.push(if low.0 <= high.0 { *high } else { *low });
+            }
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_every_extreme() {
+        let points: Vec<(f64, Option<f64>)> =
+            (0..100_000).map(|i| (f64::from(i), Some(if i == 43_210 { 9.0 } else { f64::from(i % 3) }))).collect();
+        let line = Line { label: String::new(), colour: BLACK, dashed: false, width: 1, points };
+        let kept = pieces(&line, (0.0, 1e5), (-1.0, 10.0));
+        assert_eq!(kept.len(), 1);
+        assert!(kept[0].len() <= 2 * MOST_POINTS);
+        assert!(kept[0].contains(&(43_210.0, 9.0)));
+        assert!(kept[0].windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn marks_have_as_many_digits_as_they_need() {
+        assert_eq!(tick_label(6.98, 0.1), "6.98");
+        assert_eq!(tick_label(-180.0, 360.0), "−180");
+        assert_eq!(tick_label(-1e-17, 2.0), "0");
+        assert_eq!(tick_label(0.2, 2.0), "0.2");
+    }
+}

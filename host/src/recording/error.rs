@@ -1,0 +1,163 @@
+//! What can be wrong with a recording, said so that a person can mend it.
+
+use std::path::{Path, PathBuf};
+
+/// Where in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub path: PathBuf,
+    /// The row within it.
+    pub row: Row,
+}
+
+/// A row, as the kind of file counts it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// Line of a text file, from 1.
+    Line(u64),
+    /// Message of an MCAP file, from 1.
+    Message(u64),
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.row {
+            Row::Line(line) => write!(f, "{}, line {line}", self.path.display()),
+            Row::Message(message) => write!(f, "{}, message {message}", self.path.display()),
+        }
+    }
+}
+
+/// Why a recording could not be read or written.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum RecordingError {
+    /// The operating system refused.
+    #[error("{path}: {source}", path = path.display())]
+    #[diagnostic(help("check the name and the permissions"))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        source: std::io::Error,
+    },
+    /// Neither CSV nor MCAP.
+    #[error("{}: a recording's name ends with .csv or .mcap", path.display())]
+    #[diagnostic(help("docs/recordings.md describes both formats"))]
+    UnknownKind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file of 0 bytes, or without a header line.
+    #[error("{}: the file is empty", path.display())]
+    #[diagnostic(help(
+        "a recording has one header line and one line a sample, e.g. `t_s,duty,angle_rad`; see docs/recordings.md"
+    ))]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A header and nothing else.
+    #[error("{}: there is a header and no sample", path.display())]
+    #[diagnostic(help("was the recorder stopped before its first sample? Record the run again"))]
+    NoSamples {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Fewer samples than the use needs.
+    #[error("{}: {samples} sample(s), at least {needed} are needed", path.display())]
+    #[diagnostic(help("a run of some seconds at 1 kHz is what the commands are made for"))]
+    TooShort {
+        /// The file.
+        path: PathBuf,
+        /// How many there are.
+        samples: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// Columns that every recording has are not there.
+    #[error("{}: no column {needed}; there is {found}", path.display())]
+    #[diagnostic(help(
+        "needed are `t_s`, `duty` or `voltage_v`, and `angle_rad` or `adc`, spelled so in the header line"
+    ))]
+    MissingColumns {
+        /// The file.
+        path: PathBuf,
+        /// What is needed and not there.
+        needed: String,
+        /// What is there.
+        found: String,
+    },
+    /// Two columns that say the same thing.
+    #[error("{}: both `{first}` and `{second}`, which say the same thing twice", path.display())]
+    #[diagnostic(help("keep the one that was measured and delete the other"))]
+    Conflict {
+        /// The file.
+        path: PathBuf,
+        /// One column.
+        first: &'static str,
+        /// The other.
+        second: &'static str,
+    },
+    /// A column that occurs twice.
+    #[error("{}: column `{column}` occurs twice in the header", path.display())]
+    #[diagnostic(help("rename or delete one of the two"))]
+    Duplicate {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// One cell is wrong.
+    #[error("{place}, column `{column}`: {problem}")]
+    #[diagnostic(help("{help}"))]
+    Cell {
+        /// The row.
+        place: Place,
+        /// The column.
+        column: String,
+        /// What is wrong and what was expected.
+        problem: String,
+        /// What to do.
+        help: String,
+    },
+    /// A whole row is wrong.
+    #[error("{place}: {problem}")]
+    #[diagnostic(help("{help}"))]
+    Row {
+        /// The row.
+        place: Place,
+        /// What is wrong and what was expected.
+        problem: String,
+        /// What to do.
+        help: String,
+    },
+    /// The file as a whole is not what its name says.
+    #[error("{}: {problem}", path.display())]
+    #[diagnostic(help("{help}"))]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what was expected.
+        problem: String,
+        /// What to do.
+        help: String,
+    },
+    /// The recording is of a rig that the robot file does not describe.
+    #[error("{}: {problem}", path.display())]
+    #[diagnostic(help("{help}"))]
+    OtherRig {
+        /// The recording.
+        path: PathBuf,
+        /// How the two disagree.
+        problem: String,
+        /// What to do.
+        help: String,
+    },
+}
+
+impl RecordingError {
+    pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,186 @@
+//! The firmware's decisions on the simulated robot: both advance in virtual time, one control period at a time.
+
+mod drive;
+mod export;
+mod faults;
+mod metrics;
+mod strokes;
+
+use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, State, Telemetry};
+use description::robot::Robot;
+use hal_sim::{Settings, SimulatedRobot, Truth};
+
+use crate::edge::{degrees, frequency_from_omega};
+
+pub use drive::{Drive, DriveError, Order, Step};
+pub use export::{extra_columns, recording};
+pub use faults::{Break, FaultError, Scheduled};
+pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
+pub use strokes::{RUNAWAY_DEG, Strokes};
+
+/// A console repeats its command this often, s: well within the age at which the supervisor gives up.
+pub const REFRESH_S: f64 = 0.05;
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The orders and their times.
+    pub drive: Drive,
+    /// Length of the run, s.
+    pub seconds: f64,
+    /// What breaks, and when.
+    pub faults: Vec<Scheduled>,
+}
+
+/// One control period: what was measured, decided, believed and true. The actuation holds from this tick to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// What the robot measured.
+    pub sample: Sample,
+    /// What the bridge is told until the next tick.
+    pub actuation: Actuation,
+    /// What the controller believes.
+    pub telemetry: Telemetry,
+    /// What really is.
+    pub truth: Truth,
+}
+
+/// An order as it was given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// Time, s.
+    pub at_s: f64,
+    /// Index of the tick before which it was given.
+    pub tick: usize,
+    /// The order.
+    pub order: Order,
+    /// Why the controller refused it.
+    pub refusal: Option<String>,
+}
+
+/// A whole run.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Control period, s.
+    pub tick_s: f64,
+    /// Every tick.
+    pub ticks: Vec<Tick>,
+    /// Every order.
+    pub orders: Vec<Given>,
+    /// What was broken.
+    pub faults: Vec<Scheduled>,
+    /// What the controller knows about the robot.
+    pub parameters: Parameters,
+}
+
+/// Why there is no run.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum SimError {
+    /// The controller cannot be designed from this robot file.
+    #[error("no controller for this robot: {0}")]
+    #[diagnostic(help(
+        "every number that a design needs is in [controller]; a rig without that can only be diagnosed"
+    ))]
+    Design(description::design::DesignError),
+    /// The design made parameters that the controller refuses.
+    #[error("the controller refuses its parameters: {0}")]
+    #[diagnostic(help("a number in [controller] is out of its range"))]
+    Parameters(control::ParameterError),
+}
+
+/// Designs the controller of a robot file and runs it on the simulated robot.
+///
+/// # Errors
+/// There is no controller for this robot.
+pub fn run(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<Trace, SimError> {
+    let design = description::design::design(robot).map_err(SimError::Design)?;
+    let controller = Controller::new(&design.parameters).map_err(SimError::Parameters)?;
+    Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller, plan))
+}
+
+/// Runs a controller on a simulated robot.
+#[must_use]
+pub fn closed_loop(mut robot: SimulatedRobot, mut controller: Controller, plan: &Plan) -> Trace {
+    let tick_s = robot.tick_s();
+    let count = (plan.seconds / tick_s).round().max(1.0) as usize;
+    let refresh = (REFRESH_S / tick_s).round().max(1.0) as usize;
+    let mut ticks = Vec::with_capacity(count);
+    let mut orders: Vec<Given> = Vec::new();
+    let mut steps = plan.drive.steps.iter().peekable();
+    let mut current: Option<Order> = None;
+    for fault in &plan.faults {
+        if let Break::Robot(part) = fault.what {
+            robot.schedule(part, fault.at_s);
+        }
+    }
+    let link_lost_s =
+        plan.faults.iter().filter(|f| f.what == Break::Link).map(|f| f.at_s).fold(f64::INFINITY, f64::min);
+
+    for index in 0..count {
+        let time_s = index as f64 * tick_s;
+        let linked = time_s < link_lost_s;
+        let sample = robot.sample();
+        // Half a tick of slack: an order at 0.3 s comes before the tick at 0.3 s, whatever the rounding.
+        while let Some(step) = steps.next_if(|step| step.at_s <= time_s + 0.5 * tick_s) {
+            let refusal = match step.order.command() {
+                Some(command) if linked => {
+                    controller.command(command, sample.time_us).err().map(|r| said(step.order, r))
+                }
+                Some(_) => Some("the link is lost".to_owned()),
+                None => controller.command(Command::Idle, sample.time_us).err().map(|r| said(step.order, r)),
+            };
+            orders.push(Given { at_s: time_s, tick: index, order: step.order, refusal });
+            current = Some(step.order);
+        }
+        if linked && index % refresh == 0 {
+            refresh_command(&mut controller, current, sample.time_us);
+        }
+        let decided = controller.tick(&sample);
+        let actuation = match current {
+            // Open loop: the controller only watches.
+            Some(Order::Duty { duty }) => Actuation { duty: duty as f32, enable: true },
+            _ => decided,
+        };
+        ticks.push(Tick { time_s, sample, actuation, telemetry: controller.telemetry(), truth: robot.truth() });
+        robot.advance(actuation);
+    }
+    Trace { tick_s, ticks, orders, faults: plan.faults.clone(), parameters: *controller.parameters() }
+}
+
+/// A refusal in the units in which the order was typed.
+fn said(order: Order, refusal: Refusal) -> String {
+    match (order, refusal) {
+        (Order::Freq { .. }, Refusal::OutOfRange { name, low, high, .. }) => {
+            let hertz = |omega: f32| frequency_from_omega(f64::from(omega)).abs();
+            // Without its sign, as the controller's own `|omega|`; the first check, of `omega`, has −high … high.
+            let low = if name.starts_with('|') { hertz(low) } else { 0.0 };
+            format!("the frequency must be from {low:.2} to {:.2} Hz in either direction", hertz(high))
+        }
+        (Order::Oscillate { .. } | Order::Position { .. }, Refusal::OutOfRange { name, value, low, high }) => {
+            let deg = |rad: f32| degrees(f64::from(rad));
+            format!("`{name}` must be from {:.0}° to {:.0}°, not {:.1}°", deg(low), deg(high), deg(value))
+        }
+        (_, other) => other.to_string(),
+    }
+}
+
+/// Repeats the present order. A refusal is not news: it was said when the order was given, or a fault has come since.
+fn refresh_command(controller: &mut Controller, order: Option<Order>, time_us: u64) {
+    let Some(command) = order.and_then(|order| order.command()) else { return };
+    if command != Command::ClearFault && controller.telemetry().state != State::Fault {
+        let _ = controller.command(command, time_us);
+    }
+}
+
+impl Trace {
+    /// The ticks of every order: `(order, first tick, one past the last)`.
+    #[must_use]
+    pub fn segments(&self) -> Vec<(Order, usize, usize)> {
+        let starts = self.orders.iter().map(|given| given.tick);
+        let ends = starts.clone().skip(1).chain([self.ticks.len()]);
+        let segments = self.orders.iter().zip(starts.zip(ends)).map(|(given, (from, to))| (given.order, from, to));
+        segments.filter(|(_, from, to)| from < to).collect()
+    }
+}

@@ -1,0 +1,82 @@
+//! Runs in memory and as CSV files in the exchange format (`docs/recordings.md`), written by hand so that a mistake in
+//! the library's own writer cannot cancel one in its reader.
+
+use super::world::Drive;
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// One run with what the diagnosing side never sees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Sampling instants, s.
+    pub t_s: Vec<f64>,
+    /// Commands, each held from its instant to the next.
+    pub drive: Vec<Drive>,
+    /// Readings, rad, not wrapped.
+    pub reading: Vec<f64>,
+    /// The same without noise and quantisation, rad.
+    pub clean: Vec<f64>,
+    /// Whether the reading is missing.
+    pub blind: Vec<bool>,
+    /// Current readings, A, where measured.
+    pub current: Option<Vec<f64>>,
+}
+
+impl Run {
+    /// The file's text.
+    #[must_use]
+    pub fn csv(&self, wrapped: bool) -> String {
+        let mut text = String::with_capacity(self.t_s.len() * 40);
+        text.push_str("t_s,enable,duty,angle_rad");
+        text.push_str(if self.current.is_some() { ",current_a\n" } else { "\n" });
+        for n in 0..self.t_s.len() {
+            let Drive { duty, enable } = self.drive[n];
+            // Writing to a String cannot fail.
+            let _ = write!(text, "{:.7},{},{:.5},", self.t_s[n], u8::from(enable), duty);
+            if !self.blind[n] {
+                let angle = self.reading[n];
+                let shown = if wrapped { (angle + PI).rem_euclid(TAU) - PI } else { angle };
+                let _ = write!(text, "{shown:.7}");
+            }
+            if let Some(current) = &self.current {
+                let _ = write!(text, ",{:.4}", current[n]);
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// Paths of a data set's files.
+#[derive(Clone, Debug)]
+pub struct Paths {
+    /// The robot file.
+    pub robot: PathBuf,
+    /// Runs to fit on.
+    pub fit: Vec<PathBuf>,
+    /// Runs held out.
+    pub held_out: Vec<PathBuf>,
+}
+
+/// Writes `robot.toml`, `fit-1.csv` …, `held-1.csv` … into a directory.
+///
+/// # Errors
+/// What the system says about the first file that cannot be written.
+pub fn write(directory: &Path, robot: &str, runs: &[Run], fit: usize, wrapped: bool) -> io::Result<Paths> {
+    std::fs::create_dir_all(directory)?;
+    let mut paths = Paths { robot: directory.join("robot.toml"), fit: Vec::new(), held_out: Vec::new() };
+    std::fs::write(&paths.robot, robot)?;
+    for (n, run) in runs.iter().enumerate() {
+        let (list, name) = if n < fit {
+            (&mut paths.fit, format!("fit-{}.csv", n + 1))
+        } else {
+            (&mut paths.held_out, format!("held-{}.csv", n + 1 - fit))
+        };
+        let path = directory.join(name);
+        std::fs::write(&path, run.csv(wrapped))?;
+        list.push(path);
+    }
+    Ok(paths)
+}

@@ -1,0 +1,23 @@
+//! Tests that hide an effect and require finding it.
+//!
+//! A data set is six recordings of a rig whose physics differs from its robot file in one thing, plus nominal
+//! parameters that are wrong by 10–30 %. The diagnosing side sees the CSV files and the robot file, nothing else.
+//!
+//! The hidden truth shares no code with the model that is fitted: this module has its own laws ([`laws`]), its own
+//! integrator ([`world`]), its own noise and quantisation ([`sensing`]), and its own measure of how large the effect is
+//! ([`measure`]). It may not touch `hal-sim`, `control`, or anything of `scram::diagnose` except through [`score`], which
+//! hands files to the diagnosis and reads its verdict.
+//!
+//! What is hidden and why it is richer than the library is told in `docs/blind-tests.md`.
+
+pub mod beside;
+pub mod case;
+pub mod excite;
+pub mod files;
+pub mod hidden;
+pub mod laws;
+pub mod measure;
+pub mod rig;
+pub mod score;
+pub mod sensing;
+pub mod world;

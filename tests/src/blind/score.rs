@@ -1,0 +1,221 @@
+//! Hands a data set's files to the diagnosis and scores what it says.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+
+use description::robot::Robot;
+use scram::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use scram::recording::{Recording, load};
+use serde_json::{Value, json};
+
+use super::case::{Case, Category};
+use super::files::Paths;
+
+/// Most members that a stated class may have: one that lists half the library says nothing.
+pub const LARGEST_CLASS: usize = 3;
+
+/// How a verdict compares with the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// As it should be.
+    Right,
+    /// The truth is in the class of names that was given.
+    InClass,
+    /// A wrong name, alone or in a class: the worst thing to say.
+    FalseName,
+    /// Nothing wrong named, but not what should have been said.
+    Missed,
+    /// No verdict at all.
+    Failed,
+}
+
+/// One data set's outcome.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Seed of the data set.
+    pub seed: u64,
+    /// Which bar it belongs to.
+    pub category: Category,
+    /// What was hidden.
+    pub truth: &'static str,
+    /// Misfit over the true floor by the generator's own measure.
+    pub visibility: f64,
+    /// True noise floor over the held-out rollouts, rad.
+    pub true_floor: f64,
+    /// What the diagnosis said; `Err` with its words if it gave up.
+    pub said: Result<Diagnosis, String>,
+    /// Wall-clock time to read the files and diagnose, s.
+    pub seconds: f64,
+    /// How that compares with the truth.
+    pub mark: Mark,
+}
+
+/// Diagnoses the files of a data set, as a user would: the robot file and recordings from disk.
+///
+/// # Errors
+/// What the reading or the diagnosis said.
+pub fn examine(paths: &Paths) -> Result<Diagnosis, String> {
+    let robot = Robot::load(&paths.robot).map_err(|error| error.to_string())?;
+    let read = |list: &[std::path::PathBuf]| -> Result<Vec<Recording>, String> {
+        list.iter().map(|path| load(path).map_err(|error| error.to_string())).collect()
+    };
+    diagnose(&robot, &read(&paths.fit)?, &read(&paths.held_out)?, &Options::default())
+        .map_err(|error| error.to_string())
+}
+
+/// Compares a verdict with the truth.
+#[must_use]
+pub fn mark(category: Category, truth: &str, said: &Diagnosis) -> Mark {
+    let named = !matches!(said.verdict, Verdict::Nothing | Verdict::Unexplained);
+    match category {
+        Category::Nothing if said.verdict == Verdict::Nothing => Mark::Right,
+        Category::Outside if said.verdict == Verdict::Unexplained => Mark::Right,
+        Category::Nothing | Category::Outside => {
+            if named {
+                Mark::FalseName
+            } else {
+                Mark::Missed
+            }
+        }
+        Category::Hidden | Category::Beside if !named => Mark::Missed,
+        Category::Hidden | Category::Beside => {
+            let [cause] = said.causes.as_slice() else { return Mark::FalseName };
+            if cause.effect == truth && cause.also.is_empty() {
+                Mark::Right
+            } else if cause.also.len() < LARGEST_CLASS
+                && (cause.effect == truth || cause.also.iter().any(|also| also == truth))
+            {
+                Mark::InClass
+            } else {
+                Mark::FalseName
+            }
+        }
+    }
+}
+
+/// Writes a case's files into a directory, diagnoses them and scores the verdict.
+///
+/// # Errors
+/// The files could not be written.
+pub fn run(case: &Case, directory: &Path) -> std::io::Result<Outcome> {
+    let paths = case.write(directory)?;
+    let start = Instant::now();
+    let said = examine(&paths);
+    let seconds = start.elapsed().as_secs_f64();
+    let mark = said.as_ref().map_or(Mark::Failed, |said| mark(case.category, case.truth(), said));
+    Ok(Outcome {
+        seed: case.seed,
+        category: case.category,
+        truth: case.truth(),
+        visibility: case.size.ratio(),
+        true_floor: case.size.floor,
+        said,
+        seconds,
+        mark,
+    })
+}
+
+impl Outcome {
+    /// Whether it counts towards the bar.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        matches!(self.mark, Mark::Right | Mark::InClass)
+    }
+
+    /// The verdict in short: the word, or the names.
+    #[must_use]
+    pub fn verdict(&self) -> String {
+        let said = match &self.said {
+            Ok(said) => said,
+            Err(words) => return format!("error: {words}"),
+        };
+        let names: Vec<String> = said
+            .causes
+            .iter()
+            .map(|cause| std::iter::once(&cause.effect).chain(&cause.also).cloned().collect::<Vec<_>>().join(" or "))
+            .collect();
+        match said.verdict {
+            Verdict::Nothing => "nothing".to_owned(),
+            Verdict::Unexplained if names.is_empty() => "unexplained".to_owned(),
+            Verdict::Unexplained => format!("unexplained, partly {}", names.join(" + ")),
+            Verdict::Explained | Verdict::Ambiguous => names.join(" + "),
+        }
+    }
+
+    /// Column of the confusion table.
+    fn column(&self) -> String {
+        match &self.said {
+            Err(_) => "error".to_owned(),
+            Ok(_) if self.mark == Mark::InClass => "in its class".to_owned(),
+            Ok(said) if said.verdict == Verdict::Unexplained => "unexplained".to_owned(),
+            Ok(said) if said.causes.len() > 1 => "several".to_owned(),
+            Ok(_) => self.verdict(),
+        }
+    }
+
+    /// Held-out error after extension over the estimated floor and over the true one; `None` without an extension.
+    #[must_use]
+    pub fn after(&self) -> Option<(f64, f64)> {
+        let said = self.said.as_ref().ok()?;
+        (!said.causes.is_empty()).then(|| (said.after / said.noise_floor, said.after / self.true_floor))
+    }
+
+    /// One line for people.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let numbers = self.said.as_ref().map_or(String::new(), |said| {
+            format!(
+                "; before {:.2}, after {:.3} × floor; after {:.3} × true floor",
+                said.before / said.noise_floor,
+                said.after / said.noise_floor,
+                said.after / self.true_floor
+            )
+        });
+        format!(
+            "seed {:>6} {:<20} visible {:>5.2} × floor → {:?}: {}{numbers}; {:.1} s",
+            self.seed,
+            self.truth,
+            self.visibility,
+            self.mark,
+            self.verdict(),
+            self.seconds
+        )
+    }
+
+    /// For `--json`.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({
+            "seed": self.seed,
+            "category": self.category.word(),
+            "truth": self.truth,
+            "visibility": self.visibility,
+            "true_floor": self.true_floor,
+            "verdict": self.verdict(),
+            "mark": format!("{:?}", self.mark),
+            "seconds": self.seconds,
+            "diagnosis": self.said.as_ref().ok(),
+        })
+    }
+}
+
+/// Truth against verdict: counts.
+#[must_use]
+pub fn confusion(outcomes: &[Outcome]) -> BTreeMap<(Category, &'static str), BTreeMap<String, usize>> {
+    let mut table: BTreeMap<_, BTreeMap<String, usize>> = BTreeMap::new();
+    for outcome in outcomes {
+        *table.entry((outcome.category, outcome.truth)).or_default().entry(outcome.column()).or_default() += 1;
+    }
+    table
+}
+
+/// Median and largest of some numbers; `None` for none.
+#[must_use]
+pub fn median_and_worst(mut values: Vec<f64>) -> Option<(f64, f64)> {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    let worst = *values.last()?;
+    let median = if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) };
+    Some((median, worst))
+}

@@ -1,0 +1,209 @@
+//! Every fault of the supervisor, injected into a healthy run: the bridge must be off within the bound of its table.
+
+use std::collections::BTreeMap;
+
+use control::parameters::Parameters;
+use control::supervisor::TRIGGERS;
+use control::{Fault as Cause, Stroke};
+use hal_sim::Fault;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use scram::sim::{Break, Drive, Order, Plan, Scheduled, Step, Trace, metrics};
+use serde_json::json;
+
+use super::Row;
+use super::run::{Bench, for_seeds, plan, swing, trace, worst};
+
+/// When something breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum When {
+    /// At any moment of a run.
+    Any,
+    /// At any moment with the wiper outside the blind arc.
+    OutsideTheArc,
+    /// Before the first order.
+    FromRest,
+}
+
+/// What is broken, when, and what the supervisor may call it: each name with its own bound.
+struct Case {
+    what: &'static str,
+    broken: Break,
+    when: When,
+    names: &'static [Cause],
+}
+
+/// A blocked shaft whose wiper rests on insulation shows whatever the gap does: a floating, drifting, held or grounded
+/// reading. Nothing tells it from that fault of the sensor, whose bound holds then.
+const BLOCKED: &[Cause] = &[Cause::Stall, Cause::SensorOpen, Cause::SensorFrozen, Cause::SensorShorted, Cause::Runaway];
+
+const CASES: [Case; 11] = [
+    Case { what: "shaft blocked", broken: Break::Robot(Fault::Stalled), when: When::Any, names: BLOCKED },
+    Case {
+        what: "shaft blocked from rest",
+        broken: Break::Robot(Fault::Stalled),
+        when: When::FromRest,
+        names: BLOCKED,
+    },
+    Case { what: "motor lead broken", broken: Break::Robot(Fault::MotorOpen), when: When::Any, names: BLOCKED },
+    // Below the bridge's own drop no current flows.
+    Case {
+        what: "bridge's supply collapsed to 2 V",
+        broken: Break::Robot(Fault::RailLow { rail_v: 2.0 }),
+        when: When::Any,
+        names: BLOCKED,
+    },
+    Case {
+        what: "motor leads swapped",
+        broken: Break::Robot(Fault::MotorReversed),
+        when: When::Any,
+        names: &[Cause::Runaway, Cause::SensorOpen],
+    },
+    Case {
+        what: "sensor open",
+        broken: Break::Robot(Fault::SensorOpen),
+        when: When::Any,
+        // The floating input drifts, holds, or lies at zero.
+        names: BLOCKED,
+    },
+    Case {
+        what: "sensor shorted to ground",
+        broken: Break::Robot(Fault::SensorShortLow),
+        when: When::Any,
+        names: &[Cause::SensorShorted],
+    },
+    Case {
+        what: "sensor shorted to its supply",
+        broken: Break::Robot(Fault::SensorShortHigh),
+        when: When::Any,
+        names: &[Cause::SensorShorted],
+    },
+    // In the arc a code may stand still; one of an end counts as shorted.
+    Case {
+        what: "sensor frozen outside the arc",
+        broken: Break::Robot(Fault::SensorFrozen),
+        when: When::OutsideTheArc,
+        names: &[Cause::SensorFrozen],
+    },
+    Case {
+        what: "cell below its limit",
+        broken: Break::Robot(Fault::BatteryLow { open_circuit_v: 2.9 }),
+        when: When::Any,
+        names: &[Cause::SupplyLow],
+    },
+    Case { what: "link lost", broken: Break::Link, when: When::Any, names: &[Cause::CommandTooOld] },
+];
+
+/// Length of a run, s.
+const SECONDS: f64 = 2.5;
+/// Earliest fault, s.
+const FROM_S: f64 = 1.0;
+/// The fault comes within this time, s: several turns, more than a swing.
+const SPAN_S: f64 = 0.5;
+/// Position control is given another target so often that it always moves, s.
+const MOVE_S: f64 = 0.1;
+
+/// Speeds both ways, swings, and moves from target to target, in turn.
+fn drive(seed: u64) -> Drive {
+    match seed % 5 {
+        0 => Drive::constant(Order::Freq { hz: 7.0 }),
+        1 | 3 => Drive::constant(swing(Stroke::BangBang)),
+        2 => Drive::constant(Order::Freq { hz: -7.0 }),
+        _ => {
+            let moves = (SECONDS / MOVE_S).ceil() as usize;
+            let step = |k: usize| Step {
+                at_s: MOVE_S * k as f64,
+                order: Order::Position { deg: if k.is_multiple_of(2) { 100.0 } else { -100.0 } },
+            };
+            Drive { steps: (0..moves).map(step).collect(), end_s: None }
+        }
+    }
+}
+
+fn run_of(bench: &Bench, seed: u64, seconds: f64, faults: Vec<Scheduled>) -> Trace {
+    let healthy = plan(Order::Coast, seconds);
+    trace(&bench.robot, &bench.parameters, seed, &Plan { drive: drive(seed), faults, ..healthy })
+}
+
+/// When the fault comes, s.
+fn moment(bench: &Bench, when: When, seed: u64) -> f64 {
+    let drawn = FROM_S + Pcg64::seed_from_u64(seed).random_range(0.0..SPAN_S);
+    match when {
+        When::FromRest => 0.0,
+        When::Any => drawn,
+        When::OutsideTheArc => {
+            let healthy = run_of(bench, seed, FROM_S + 2.0 * SPAN_S, Vec::new());
+            let sensor = &healthy.parameters.sensor;
+            let outside = |angle: f64| !sensor.is_blind(scram::edge::wrap(angle) as f32, 0.05);
+            let found = healthy.ticks.iter().find(|tick| tick.time_s >= drawn && outside(tick.truth.angle));
+            found.map_or(drawn, |tick| tick.time_s)
+        }
+    }
+}
+
+/// How a run ended.
+struct Ended {
+    /// From the fault to the bridge off for good, s; infinite if it never is.
+    off_s: f64,
+    /// What the supervisor called it.
+    cause: String,
+    /// Faults that nothing was broken for.
+    false_alarms: usize,
+}
+
+fn one(bench: &Bench, case: &Case, seed: u64) -> Ended {
+    let at_s = moment(bench, case.when, seed);
+    let reports = metrics(&run_of(bench, seed, SECONDS, vec![Scheduled { at_s, what: case.broken }])).faults;
+    let false_alarms = reports.iter().filter(|report| report.injected.is_none()).count();
+    let answer = reports.into_iter().find(|report| report.injected.is_some() && report.cause.is_some());
+    let (off_s, cause) = answer.map_or((f64::INFINITY, "none".into()), |report| {
+        (report.bridge_off_after_s.unwrap_or(f64::INFINITY), report.cause.unwrap_or_default())
+    });
+    Ended { off_s, cause, false_alarms }
+}
+
+/// The bound of a name among those that a case accepts, s.
+fn bound(p: &Parameters, case: &Case, name: &str) -> Option<f64> {
+    let cause = case.names.iter().find(|cause| format!("{cause:?}") == name)?;
+    let trigger = TRIGGERS.iter().find(|trigger| trigger.fault == *cause)?;
+    Some(f64::from((trigger.watch)(&p.supervisor).bound))
+}
+
+/// The rows.
+#[must_use]
+pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+    CASES.iter().map(|case| row(bench, seeds, case)).collect()
+}
+
+fn row(bench: &Bench, seeds: u64, case: &Case) -> Row {
+    let p = &bench.parameters;
+    let runs = for_seeds(seeds, |seed| one(bench, case, seed));
+    // Half a tick of rounding.
+    let holds = |run: &Ended| bound(p, case, &run.cause).is_some_and(|bound| run.off_s <= bound + 5e-4);
+    let in_time = runs.iter().filter(|run| holds(run)).count();
+    let false_alarms: usize = runs.iter().map(|run| run.false_alarms).sum();
+    let slowest = worst(runs.iter().map(|run| run.off_s));
+    let mut names: BTreeMap<&str, usize> = BTreeMap::new();
+    for run in &runs {
+        *names.entry(&run.cause).or_default() += 1;
+    }
+    let called: Vec<_> = names.iter().map(|(cause, count)| format!("{cause} {count}")).collect();
+    let mut required: Vec<_> = case
+        .names
+        .iter()
+        .filter_map(|cause| Some(format!("{cause:?} {:.2}", bound(p, case, &format!("{cause:?}"))?)))
+        .collect();
+    required.sort();
+    Row::new(
+        &format!("fault, {}: bridge off", case.what),
+        &format!("s in every run: {}; no false alarm", required.join(", ")),
+        format!(
+            "{in_time} of {seeds}, worst {slowest:.3} s; called {}; {false_alarms} false alarms",
+            called.join(", ")
+        ),
+        seeds > 0 && in_time as u64 == seeds && false_alarms == 0,
+        json!({
+            "worst_s": slowest, "in_time": in_time, "false_alarms": false_alarms, "required": required, "called": names,
+        }),
+    )
+}

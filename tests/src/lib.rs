@@ -1,0 +1,4 @@
+//! Whole-system tests.
+
+pub mod blind;
+pub mod figures;

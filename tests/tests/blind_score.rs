@@ -1,0 +1,65 @@
+//! How verdicts are scored: a wrong name must never count, in any disguise.
+
+use std::collections::BTreeMap;
+
+use scram::diagnose::{Cause, Detail, Diagnosis, Gain, Verdict};
+use system_tests::blind::case::Category::{Hidden, Nothing, Outside};
+use system_tests::blind::score::{Mark, mark, median_and_worst};
+
+fn said(verdict: Verdict, causes: &[&[&str]]) -> Diagnosis {
+    let cause = |names: &&[&str]| Cause {
+        effect: names[0].to_owned(),
+        also: names[1..].iter().map(|name| (*name).to_owned()).collect(),
+        parameters: BTreeMap::new(),
+    };
+    Diagnosis {
+        verdict,
+        causes: causes.iter().map(cause).collect(),
+        noise_floor: 1e-3,
+        before: 2e-3,
+        after: 1e-3,
+        gain: Gain::default(),
+        left_over: None,
+        next_experiment: None,
+        detail: Detail::default(),
+    }
+}
+
+#[test]
+fn a_hidden_effect_counts_under_its_name_or_in_a_small_stated_class() {
+    let truth = "driver_drop";
+    let of = |verdict, causes: &[&[&str]]| mark(Hidden, truth, &said(verdict, causes));
+    assert_eq!(of(Verdict::Explained, &[&["driver_drop"]]), Mark::Right);
+    assert_eq!(of(Verdict::Ambiguous, &[&["driver_drop", "battery_sag"]]), Mark::InClass);
+    assert_eq!(of(Verdict::Ambiguous, &[&["battery_sag", "driver_drop"]]), Mark::InClass);
+    assert_eq!(of(Verdict::Explained, &[&["battery_sag"]]), Mark::FalseName);
+    assert_eq!(of(Verdict::Explained, &[&["driver_drop"], &["battery_sag"]]), Mark::FalseName);
+    let vague: &[&str] = &["driver_drop", "battery_sag", "coulomb_friction", "load_friction"];
+    assert_eq!(of(Verdict::Ambiguous, &[vague]), Mark::FalseName, "a class of half the library says nothing");
+    assert_eq!(of(Verdict::Unexplained, &[&["driver_drop"]]), Mark::Missed);
+    assert_eq!(of(Verdict::Nothing, &[]), Mark::Missed);
+}
+
+#[test]
+fn where_nothing_is_hidden_every_other_word_is_a_false_alarm() {
+    assert_eq!(mark(Nothing, "nothing", &said(Verdict::Nothing, &[])), Mark::Right);
+    assert_eq!(mark(Nothing, "nothing", &said(Verdict::Unexplained, &[])), Mark::Missed);
+    assert_eq!(mark(Nothing, "nothing", &said(Verdict::Explained, &[&["driver_drop"]])), Mark::FalseName);
+}
+
+#[test]
+fn an_effect_outside_the_library_must_be_left_unexplained() {
+    assert_eq!(mark(Outside, "backlash", &said(Verdict::Unexplained, &[])), Mark::Right);
+    assert_eq!(mark(Outside, "backlash", &said(Verdict::Unexplained, &[&["sensor_delay"]])), Mark::Right);
+    assert_eq!(mark(Outside, "backlash", &said(Verdict::Nothing, &[])), Mark::Missed);
+    assert_eq!(mark(Outside, "backlash", &said(Verdict::Explained, &[&["sensor_delay"]])), Mark::FalseName);
+    let pair: &[&[&str]] = &[&["sensor_delay"], &["coulomb_friction"]];
+    assert_eq!(mark(Outside, "backlash", &said(Verdict::Explained, pair)), Mark::FalseName);
+}
+
+#[test]
+fn median_and_worst_of_a_few_numbers() {
+    assert_eq!(median_and_worst(vec![3.0, 1.0, 2.0]), Some((2.0, 3.0)));
+    assert_eq!(median_and_worst(vec![4.0, 1.0, 2.0, 3.0]), Some((2.5, 4.0)));
+    assert_eq!(median_and_worst(vec![]), None);
+}
