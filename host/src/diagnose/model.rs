@@ -132,8 +132,19 @@ impl Plant {
             };
             let mut current = 0.0;
             for j in 0..steps {
-                let (command, enabled) = drive.over(track, k, j, stepper.step());
-                current += self.advance(track, &stepper, &mut state, &mut supply, command, enabled);
+                let (step, from) = (stepper.step(), track.t[k] + j as f64 * stepper.step());
+                // A late drive switches the bridge inside a step: the step is cut there, for no mean stands for both.
+                let Some(first) = drive.switch_within(track, from, step) else {
+                    let (command, enabled) = drive.over(track, k, from, step);
+                    current += self.advance(track, &stepper, &mut state, &mut supply, command, enabled);
+                    continue;
+                };
+                for (from, part) in [(from, first), (from + first, step - first)] {
+                    let (command, enabled) = drive.over(track, k, from, part);
+                    let part_stepper = self.shaft.stepper(part);
+                    let mean = self.advance(track, &part_stepper, &mut state, &mut supply, command, enabled);
+                    current += mean * part / step;
+                }
             }
             let place = k + 1 - segment.first;
             if k + 1 < segment.last {
@@ -189,6 +200,9 @@ impl Plant {
     }
 }
 
+/// Parts of a step shorter than this share of it are not worth a step of their own.
+const SHORTEST_PART: f64 = 1e-3;
+
 /// The drive's mean over a step, `delay` before the sensor's time.
 struct DriveCursor {
     delay: f64,
@@ -207,12 +221,28 @@ impl DriveCursor {
         cursor
     }
 
+    /// How long after `from` (s) the delayed bridge is switched on or off, if that is within the step.
     #[inline]
-    fn over(&mut self, track: &Track, k: usize, j: usize, step: f64) -> (f64, bool) {
+    fn switch_within(&mut self, track: &Track, from: f64, step: f64) -> Option<f64> {
+        if self.delay == 0.0 {
+            return None;
+        }
+        let from = from - self.delay;
+        self.seek(track, from);
+        let before = track.enable[self.at];
+        let later = self.at + 1..track.t.len();
+        let switched = later.take_while(|&i| track.t[i] < from + step).find(|&i| track.enable[i] != before)?;
+        let first = track.t[switched] - from;
+        (first > SHORTEST_PART * step && first < (1.0 - SHORTEST_PART) * step).then_some(first)
+    }
+
+    /// Mean command over a step that begins at `from` (s), and whether the bridge drives.
+    #[inline]
+    fn over(&mut self, track: &Track, k: usize, from: f64, step: f64) -> (f64, bool) {
         if self.delay == 0.0 {
             return (track.drive[k], track.enable[k]);
         }
-        let from = track.t[k] - self.delay + j as f64 * step;
+        let from = from - self.delay;
         let start = self.integral(track, from);
         let middle = from + 0.5 * step;
         self.seek(track, middle);
