@@ -1,5 +1,5 @@
 //! What the tests share: the 26:1 motor's shaft, and small ways to run things.
-#![allow(dead_code)] // every test binary uses its own part
+#![allow(dead_code, reason = "every test binary uses its own part")]
 
 use std::path::Path;
 
