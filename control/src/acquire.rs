@@ -3,18 +3,17 @@
 //! At rest no reading is trusted: the wiper may lie on insulation, holding or drifting. So the shaft is driven, and the
 //! readings must advance in a straight line relative to what the model predicts. Only then angle and speed are taken.
 
-use crate::angle::wrap;
+use crate::angle::{BINARY_PART, to_binary, wrap};
 use crate::parameters::{Acquisition, WINDOW};
 use crate::scalar::square;
 
 /// One reading with what the model expected.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 struct Entry {
-    code: u16,
-    /// Angle read, moved back to its tick, rad.
-    angle: f32,
-    /// Angle predicted for the same tick, rad; only its differences count.
-    predicted: f32,
+    /// Angle read, moved back to its tick, less the predicted one; binary angle.
+    deviation: i32,
+    /// Angle predicted for the same tick, binary; only its differences count.
+    predicted: i32,
 }
 
 /// The readings in a row, newest first.
@@ -33,8 +32,6 @@ pub struct Line {
     pub speed: f32,
     /// Mean square of what the line leaves, rad².
     pub residual: f32,
-    /// Largest code minus smallest.
-    pub code_spread: u16,
 }
 
 impl Default for Window {
@@ -49,9 +46,10 @@ impl Window {
         self.filled = 0;
     }
 
-    /// Takes in a reading (rad) of a tick, the prediction (rad) for it, and its raw code.
-    pub fn push(&mut self, code: u16, angle: f32, predicted: f32) {
-        let mut carried = Entry { code, angle, predicted };
+    /// Takes in a reading (rad) of a tick and the prediction (rad) for it.
+    pub fn push(&mut self, angle: f32, predicted: f32) {
+        let predicted = to_binary(predicted);
+        let mut carried = Entry { deviation: to_binary(angle).wrapping_sub(predicted), predicted };
         for slot in &mut self.entries {
             core::mem::swap(slot, &mut carried);
         }
@@ -64,38 +62,51 @@ impl Window {
         if self.filled < acquisition.samples {
             return None;
         }
-        let count = f32::from(acquisition.samples);
         let newest = self.entries.first()?;
-        let start = wrap(newest.angle - newest.predicted);
-        let middle = 0.5 * (count - 1.0);
-        let (mut sum, mut sum_age, mut sum_square) = (0.0, 0.0, 0.0);
-        let (mut travel, mut last) = (0.0, newest.predicted);
-        let (mut low, mut high) = (newest.code, newest.code);
-        let mut age = 0.0;
+        let (mut sum, mut sum_age, mut sum_square, mut travel) = (0i64, 0i64, 0i64, 0i64);
+        let mut last = newest.predicted;
+        // Twice the age of an entry, from the middle of the line on.
+        let mut age = 1i64.wrapping_sub(i64::from(acquisition.samples));
         for entry in self.entries.iter().take(usize::from(acquisition.samples)) {
-            let deviation = wrap(wrap(entry.angle - entry.predicted) - start);
-            sum += deviation;
-            sum_age += (age - middle) * deviation;
-            sum_square += square(deviation);
-            travel += wrap(last - entry.predicted);
+            let deviation = i64::from(entry.deviation.wrapping_sub(newest.deviation));
+            sum = sum.wrapping_add(deviation);
+            sum_age = sum_age.wrapping_add(age.wrapping_mul(deviation));
+            let coarse = deviation >> COARSE_BITS;
+            sum_square = sum_square.wrapping_add(coarse.wrapping_mul(coarse));
+            travel = travel.wrapping_add(i64::from(last.wrapping_sub(entry.predicted)));
             last = entry.predicted;
-            low = low.min(entry.code);
-            high = high.max(entry.code);
-            age += 1.0;
+            age = age.wrapping_add(2);
         }
-        let mean = sum / count;
-        // Σ (age − middle)² of 0 … n−1.
-        let moment = count * (square(count) - 1.0) / 12.0;
-        let per_age = sum_age / moment;
-        let residual = sum_square / count - square(mean) - square(per_age) * moment / count;
-        let predicted_speed = travel / ((count - 1.0) * tick);
+        let count = f32::from(acquisition.samples);
+        let middle = 0.5 * (count - 1.0);
+        // Σ (age − middle)² of 0 … n−1, over n.
+        let moment = (square(count) - 1.0) / 12.0;
+        let share = 1.0 / count;
+        let mean = share * rad(sum);
+        let per_age = 0.5 * share * rad(sum_age) / moment;
+        let mean_square = share * square(COARSE_PART) * whole(sum_square);
+        let residual = mean_square - square(mean) - square(per_age) * moment;
         Some(Line {
-            angle: wrap(newest.predicted + start + mean - per_age * middle),
-            speed: predicted_speed - per_age / tick,
+            angle: wrap(rad(i64::from(newest.predicted.wrapping_add(newest.deviation))) + mean - per_age * middle),
+            speed: (0.5 * rad(travel) / middle - per_age) / tick,
             residual: if residual > 0.0 { residual } else { 0.0 },
-            code_spread: high.saturating_sub(low),
         })
     }
+}
+
+/// Sixteen squares of half a turn fit into an `i64` when so many of the last bits are left out.
+const COARSE_BITS: u32 = 4;
+/// rad in what is left.
+const COARSE_PART: f32 = 16.0 * BINARY_PART;
+
+/// A sum of binary angles in rad.
+fn rad(sum: i64) -> f32 {
+    BINARY_PART * whole(sum)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "the sums are exact; a 24th bit less in the result does not matter")]
+fn whole(sum: i64) -> f32 {
+    sum as f32
 }
 
 impl Line {
@@ -165,7 +176,7 @@ mod tests {
         for k in 0..12u16 {
             assert!(window.line(&ACQUISITION, TICK).is_none());
             let t = f32::from(k) * TICK;
-            window.push(k, wrap(truth(t)), wrap(model(t)));
+            window.push(wrap(truth(t)), wrap(model(t)));
         }
         window.line(&ACQUISITION, TICK).expect("full")
     }
@@ -198,11 +209,6 @@ mod tests {
     }
 
     #[test]
-    fn the_spread_of_codes_is_told() {
-        assert_eq!(fill(|_| 0.0, |_| 0.0).code_spread, 11);
-    }
-
-    #[test]
     fn a_drifting_reading_is_not_confirmed_and_a_starting_shaft_is() {
         for (drifting, expected) in [(true, false), (false, true)] {
             let mut candidate = Candidate::default();
@@ -210,7 +216,7 @@ mod tests {
                 let model = 1.1 * f32::from(tick);
                 // A shaft that starts a third more slowly than the model.
                 let speed = if drifting { 15.0 } else { 10.0 + 0.7 * model };
-                let line = Line { angle: 0.0, speed, residual: 0.0, code_spread: 50 };
+                let line = Line { angle: 0.0, speed, residual: 0.0 };
                 candidate.confirm(&ACQUISITION, &line, 10.0 + model)
             });
             assert_eq!(confirmed, expected, "drifting: {drifting}");

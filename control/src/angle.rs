@@ -6,7 +6,7 @@ use core::f32::consts::{PI, TAU};
 #[inline]
 #[must_use]
 pub fn wrap(angle: f32) -> f32 {
-    if (-PI..=PI).contains(&angle) {
+    if angle.abs() <= PI {
         return angle;
     }
     if !angle.is_finite() {
@@ -14,7 +14,7 @@ pub fn wrap(angle: f32) -> f32 {
     }
     // The usual case is one turn too many or too few.
     let once = if angle > 0.0 { angle - TAU } else { angle + TAU };
-    if (-PI..=PI).contains(&once) { once } else { angle - TAU * nearest(angle / TAU) }
+    if once.abs() <= PI { once } else { angle - TAU * nearest(angle / TAU) }
 }
 
 /// The nearest whole number, as far as `i32` reaches; farther out an `f32` holds no fraction of a turn anyway.
@@ -24,6 +24,18 @@ fn nearest(value: f32) -> f32 {
     let half = if value > 0.0 { 0.5 } else { -0.5 };
     (value + half) as i32 as f32
 }
+
+/// The binary angle of an angle (rad): the turn in 2³² parts, half a turn and −half a turn being the same. Differences
+/// wrap by themselves and sums are exact, in integers: all that a core without a floating-point unit has.
+#[expect(clippy::cast_possible_truncation, reason = "the cast saturates at half a turn")]
+#[must_use]
+pub fn to_binary(angle: f32) -> i32 {
+    (wrap(angle) * (0.5 * TURN_PARTS / PI)) as i32
+}
+
+/// rad in one part of a binary angle.
+pub const BINARY_PART: f32 = TAU / TURN_PARTS;
+const TURN_PARTS: f32 = 4_294_967_296.0;
 
 /// An angle that is followed over whole turns: the wrapped value and the turns beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -78,6 +90,14 @@ mod tests {
     fn wrap_of_nonsense_is_zero() {
         for angle in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             assert!(wrap(angle).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn binary_angles_wrap_by_themselves() {
+        for (from, to) in [(3.1f32, -3.1f32), (-3.1, 3.1), (0.3, -0.2), (PI, -PI), (0.0, 3.0)] {
+            let difference = to_binary(to).wrapping_sub(to_binary(from)) as f32 * BINARY_PART;
+            assert!((difference - wrap(to - from)).abs() < 1e-6, "{from} to {to}: {difference}");
         }
     }
 

@@ -2,12 +2,14 @@
 
 use core::f32::consts::{PI, TAU};
 
+use serde::{Deserialize, Serialize};
+
 use crate::parameters::Limits;
 use crate::supervisor::{Event, Fault};
 
 /// A command. Angles in rad, counter-clockwise positive, 0 in the middle of the potentiometer's gap; speeds in rad/s,
 /// counter-clockwise positive (the thesis's sign for the actuation frequency is converted at the edge, on the host).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Command {
     /// Bridge off, ready.
     Idle,
@@ -32,12 +34,18 @@ pub enum Command {
         /// Target, rad, −π … π.
         angle: f32,
     },
+    /// Open loop, for calibrating the sensor and for identification: the bridge gets this duty, the controller only
+    /// watches.
+    Duty {
+        /// Share of the bridge's supply, −1 … 1, positive turns the shaft counter-clockwise.
+        duty: f32,
+    },
     /// Leave the fault state; refused while its cause persists.
     ClearFault,
 }
 
 /// How the oscillator drives a stroke.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Stroke {
     /// Full voltage, reversed a predicted stopping distance before the bound.
     #[default]
@@ -46,18 +54,51 @@ pub enum Stroke {
     Proportional,
 }
 
+/// A field of a command, as refusals name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Field {
+    /// Target speed with its sign.
+    Omega,
+    /// Magnitude of the target speed.
+    OmegaMagnitude,
+    /// Lower turning point.
+    From,
+    /// Upper turning point.
+    To,
+    /// Upper turning point less the lower one.
+    Span,
+    /// Target angle.
+    Angle,
+    /// Duty of the open loop.
+    Duty,
+}
+
+impl core::fmt::Display for Field {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Omega => "omega",
+            Self::OmegaMagnitude => "|omega|",
+            Self::From => "from",
+            Self::To => "to",
+            Self::Span => "to - from",
+            Self::Angle => "angle",
+            Self::Duty => "duty",
+        })
+    }
+}
+
 /// Why a command is refused. The robot goes on with what it does.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
     /// A field is not a finite number.
     NonFinite {
         /// The field.
-        name: &'static str,
+        name: Field,
     },
     /// A field is out of its range.
     OutOfRange {
         /// The field.
-        name: &'static str,
+        name: Field,
         /// What was given, SI.
         value: f32,
         /// Lowest allowed.
@@ -86,7 +127,7 @@ impl core::fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
-fn within(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), Refusal> {
+fn within(name: Field, value: f32, low: f32, high: f32) -> Result<(), Refusal> {
     if !value.is_finite() {
         Err(Refusal::NonFinite { name })
     } else if value < low || value > high {
@@ -105,15 +146,16 @@ impl Command {
         match *self {
             Self::Idle | Self::Coast | Self::ClearFault => Ok(()),
             Self::Speed { omega } => {
-                within("omega", omega, -limits.speed, limits.speed)?;
-                within("|omega|", omega.abs(), limits.least_speed, limits.speed)
+                within(Field::Omega, omega, -limits.speed, limits.speed)?;
+                within(Field::OmegaMagnitude, omega.abs(), limits.least_speed, limits.speed)
             }
             Self::Oscillate { from, to, .. } => {
-                within("from", from, -TAU, TAU)?;
-                within("to", to, -TAU, TAU)?;
-                within("to - from", to - from, limits.least_stroke, 2.0 * TAU)
+                within(Field::From, from, -TAU, TAU)?;
+                within(Field::To, to, -TAU, TAU)?;
+                within(Field::Span, to - from, limits.least_stroke, 2.0 * TAU)
             }
-            Self::Position { angle } => within("angle", angle, -PI, PI),
+            Self::Position { angle } => within(Field::Angle, angle, -PI, PI),
+            Self::Duty { duty } => within(Field::Duty, duty, -1.0, 1.0),
         }
     }
 
@@ -126,6 +168,7 @@ impl Command {
             Self::Speed { .. } => Event::Speed,
             Self::Oscillate { .. } => Event::Oscillate,
             Self::Position { .. } => Event::Position,
+            Self::Duty { .. } => Event::Duty,
             Self::ClearFault => Event::Clear,
         }
     }

@@ -35,9 +35,8 @@ pub fn reach(bridge: &Bridge, supply: f32) -> f32 {
 /// The duty for a voltage `v` (V) at the linear motor turning at `speed` (rad/s).
 #[must_use]
 pub fn invert(bridge: &Bridge, motor: &Motor, v: f32, speed: f32, supply: f32) -> Drive {
-    let current = (v - motor.torque_constant * speed) / motor.resistance;
     // Around zero current the drop fades in: a sign would chatter.
-    let flow = clamp(current / bridge.fade_current, -1.0, 1.0);
+    let flow = clamp((v - motor.torque_constant * speed) / (motor.resistance * bridge.fade_current), -1.0, 1.0);
     let share = (v + bridge.drop * flow) / supply;
     let wanted = share + (bridge.deadband + bridge.dead_duty) * clamp(share * 100.0, -1.0, 1.0);
     let duty = clamp(wanted, -1.0, 1.0);

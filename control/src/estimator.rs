@@ -9,9 +9,9 @@
 
 use crate::angle::wrap;
 use crate::drive;
-use crate::parameters::{BlindArcHandling, Parameters, Tuning};
+use crate::parameters::{BlindArcHandling, Parameters, Transition, Tuning};
 use crate::sample::Actuation;
-use crate::scalar::{clamp, sign, square};
+use crate::scalar::{at_most, clamp, sign, square};
 use crate::sensor::Reading;
 
 /// The state estimate.
@@ -64,6 +64,17 @@ pub struct Estimator {
     direction: f32,
     /// Rejections that have not been outweighed by acceptances.
     rejected: u16,
+    /// How the current hangs on the speed, −A per rad/s.
+    current_per_speed: f32,
+}
+
+/// A time that is predicted in one step.
+struct Span<'a> {
+    transition: &'a Transition,
+    /// Control periods.
+    ticks: f32,
+    /// The same in s.
+    seconds: f32,
 }
 
 /// Below this speed friction may hold the shaft, rad/s.
@@ -78,7 +89,9 @@ impl Estimator {
     #[must_use]
     pub fn new(parameters: &Parameters) -> Self {
         let estimate = Estimate { drag: parameters.motor.drag, ..Estimate::default() };
-        let mut filter = Self { estimate, covariance: Covariance::default(), direction: 1.0, rejected: 0 };
+        let current_per_speed = parameters.motor.torque_constant / parameters.motor.resistance;
+        let covariance = Covariance::default();
+        let mut filter = Self { estimate, covariance, direction: 1.0, rejected: 0, current_per_speed };
         filter.reset_covariance(parameters);
         filter
     }
@@ -127,60 +140,86 @@ impl Estimator {
         };
     }
 
-    /// One control period under an actuation.
-    pub fn predict(&mut self, parameters: &Parameters, tuning: &Tuning, actuation: Actuation) {
+    /// Some control periods under one actuation. All but the last are taken in one step, with the bridge's drop and the
+    /// drag as they are at its beginning (the drag turns round with the shaft, see `reverse`): twenty missed periods must
+    /// not cost twenty predictions.
+    pub fn predict(&mut self, parameters: &Parameters, tuning: &Tuning, actuation: Actuation, ticks: u16) {
+        let mut step = |transition: &Transition, ticks: u16| {
+            let ticks = f32::from(ticks);
+            let span = Span { transition, ticks, seconds: ticks * parameters.tick };
+            self.advance(parameters, tuning, actuation, &span);
+        };
+        if ticks > 1 {
+            let missed = ticks.saturating_sub(1);
+            step(&parameters.transition.over(missed), missed);
+        }
+        if ticks > 0 {
+            step(&parameters.transition, 1);
+        }
+    }
+
+    fn advance(&mut self, parameters: &Parameters, tuning: &Tuning, actuation: Actuation, span: &Span<'_>) {
         let motor = &parameters.motor;
-        let t = &parameters.transition;
+        let t = span.transition;
         let x = self.estimate;
         let supply = drive::supply(&parameters.bridge, actuation.duty, x.current);
         let v = drive::effective(&parameters.bridge, motor, actuation, x.speed, supply);
         let drag = if x.drag > 0.0 { x.drag } else { 0.0 };
-        let torque = motor.torque_constant * (v - motor.torque_constant * x.speed) / motor.resistance;
-
         let direction = if x.speed.abs() > REST_SPEED {
             sign(x.speed)
-        } else if torque.abs() > drag {
-            sign(torque)
         } else {
-            self.hold(parameters, v);
-            return;
+            let torque = self.current_per_speed * (v - motor.torque_constant * x.speed);
+            if torque.abs() > drag {
+                sign(torque)
+            } else {
+                self.hold(parameters, span, v);
+                return;
+            }
         };
         self.turn(direction);
 
-        let load = direction * x.drag;
+        let load = if direction > 0.0 { x.drag } else { -x.drag };
         let mut angle = x.angle + t.angle_speed * x.speed + t.angle_current * x.current + t.angle_voltage * v
             - t.angle_torque * load;
         let mut speed =
             t.speed_speed * x.speed + t.speed_current * x.current + t.speed_voltage * v - t.speed_torque * load;
         let current =
             t.current_speed * x.speed + t.current_current * x.current + t.current_voltage * v - t.current_torque * load;
-        if direction * speed < 0.0 && direction * x.speed > 0.0 {
-            (angle, speed) = self.reverse(parameters, actuation, supply, drag, speed);
+        if speed * x.speed < 0.0 && direction * x.speed > 0.0 {
+            (angle, speed) = self.reverse(parameters, actuation, supply, drag, speed, span);
         }
         self.estimate = Estimate { angle: wrap(angle), speed, current, drag: x.drag };
-        self.spread(parameters, tuning);
+        self.spread(parameters, tuning, span);
     }
 
     /// The speed passes zero within the tick: the drag turns round with it, or holds the shaft.
-    fn reverse(&self, p: &Parameters, actuation: Actuation, supply: f32, drag: f32, end_speed: f32) -> (f32, f32) {
+    fn reverse(
+        &self,
+        p: &Parameters,
+        actuation: Actuation,
+        supply: f32,
+        drag: f32,
+        end_speed: f32,
+        span: &Span<'_>,
+    ) -> (f32, f32) {
         let x = &self.estimate;
         let before = clamp(x.speed / (x.speed - end_speed), 0.0, 1.0);
         let after = 1.0 - before;
         let v = drive::effective(&p.bridge, &p.motor, actuation, 0.0, supply);
-        let torque = p.motor.torque_constant * v / p.motor.resistance;
+        let torque = self.current_per_speed * v;
         let excess = torque.abs() - drag;
-        let speed = if excess > 0.0 { sign(torque) * excess * after * p.transition.speed_torque } else { 0.0 };
-        let travel = 0.5 * p.tick * (before * x.speed + after * speed);
+        let speed = if excess > 0.0 { sign(torque) * excess * after * span.transition.speed_torque } else { 0.0 };
+        let travel = 0.5 * span.seconds * (before * x.speed + after * speed);
         (x.angle + travel, speed)
     }
 
     /// Friction holds the shaft.
-    fn hold(&mut self, parameters: &Parameters, v: f32) {
+    fn hold(&mut self, parameters: &Parameters, span: &Span<'_>, v: f32) {
         self.estimate.speed = 0.0;
         self.estimate.current = v / parameters.motor.resistance;
         let c = &mut self.covariance;
-        c.angle += REST_VARIANCE * square(parameters.tick);
-        c.angle_speed = REST_VARIANCE * parameters.tick;
+        c.angle += REST_VARIANCE * square(span.seconds);
+        c.angle_speed = REST_VARIANCE * span.seconds;
         c.speed = REST_VARIANCE;
         c.angle_drag = 0.0;
         c.speed_drag = 0.0;
@@ -196,33 +235,32 @@ impl Estimator {
     }
 
     /// `P ← F P Fᵀ + Q` with F = [1, a, g₁; 0, b, g₂; 0, 0, 1].
-    fn spread(&mut self, parameters: &Parameters, tuning: &Tuning) {
-        let t = &parameters.transition;
+    fn spread(&mut self, parameters: &Parameters, tuning: &Tuning, span: &Span<'_>) {
+        let t = span.transition;
         let (a, b) = (t.angle_speed, t.speed_speed);
-        let (g1, g2) = (-self.direction * t.angle_torque, -self.direction * t.speed_torque);
+        let (g1, g2) =
+            if self.direction > 0.0 { (-t.angle_torque, -t.speed_torque) } else { (t.angle_torque, t.speed_torque) };
         let c = self.covariance;
         let angle_drag = c.angle_drag + a * c.speed_drag + g1 * c.drag;
         let speed_drag = b * c.speed_drag + g2 * c.drag;
         let row = c.angle_speed + a * c.speed + g1 * c.speed_drag;
-        let disturbance = square(tuning.speed);
-        let half_tick = 0.5 * parameters.tick;
+        let disturbance = span.ticks * square(tuning.speed);
+        let half = 0.5 * span.seconds;
+        let on_angle = disturbance * half;
         let next = Covariance {
-            angle: c.angle
-                + a * (c.angle_speed + row)
-                + g1 * (c.angle_drag + angle_drag)
-                + disturbance * square(half_tick),
-            angle_speed: b * row + g2 * angle_drag + disturbance * half_tick,
+            angle: c.angle + a * (c.angle_speed + row) + g1 * (c.angle_drag + angle_drag) + on_angle * half,
+            angle_speed: b * row + g2 * angle_drag + on_angle,
             angle_drag,
             speed: b * (b * c.speed + g2 * c.speed_drag) + g2 * speed_drag + disturbance,
             speed_drag,
-            drag: c.drag + square(tuning.drag),
+            drag: c.drag + span.ticks * square(tuning.drag),
         };
         // Bounds that only a filter without readings reaches: it must not overflow however long it dead-reckons.
         self.covariance = Covariance {
-            angle: next.angle.min(10.0),
+            angle: at_most(next.angle, 10.0),
             angle_speed: clamp(next.angle_speed, -1e3, 1e3),
-            speed: next.speed.min(1e4),
-            drag: next.drag.min(square(parameters.motor.drag_limit)),
+            speed: at_most(next.speed, 1e4),
+            drag: at_most(next.drag, square(parameters.motor.drag_limit)),
             ..next
         };
     }
@@ -253,7 +291,7 @@ impl Estimator {
     /// Whether the estimate lies where readings cannot be believed.
     #[must_use]
     pub fn is_blind(&self, parameters: &Parameters) -> bool {
-        parameters.estimator.handling == BlindArcHandling::Full && parameters.sensor.is_blind(self.estimate.angle, 0.0)
+        parameters.estimator.handling == BlindArcHandling::Full && parameters.sensor.is_blind(self.estimate.angle)
     }
 
     fn judge(&mut self, verdict: Verdict) -> Verdict {
@@ -271,9 +309,10 @@ impl Estimator {
         let inverse = 1.0 / spread;
         let (k_angle, k_speed, k_drag) = (c.angle * inverse, c.angle_speed * inverse, c.angle_drag * inverse);
         let x = &mut self.estimate;
+        let speed_step = k_speed * innovation;
         x.angle = wrap(x.angle + k_angle * innovation);
-        x.speed += k_speed * innovation;
-        x.current -= motor.torque_constant / motor.resistance * k_speed * innovation;
+        x.speed += speed_step;
+        x.current -= self.current_per_speed * speed_step;
         x.drag = clamp(x.drag + k_drag * innovation, -0.25 * motor.drag_limit, motor.drag_limit);
         self.covariance = Covariance {
             angle: c.angle - k_angle * c.angle,

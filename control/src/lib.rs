@@ -35,6 +35,7 @@ pub mod estimator;
 pub mod oscillator;
 pub mod parameters;
 pub mod position;
+pub mod protocol;
 pub mod sample;
 pub mod scalar;
 pub mod sensor;
@@ -43,7 +44,7 @@ pub mod supervisor;
 pub mod telemetry;
 pub mod watch;
 
-pub use command::{Command, Refusal, Stroke};
+pub use command::{Command, Field, Refusal, Stroke};
 pub use controller::Controller;
 pub use parameters::{ParameterError, Parameters};
 pub use sample::{Actuation, AdcCode, Sample};

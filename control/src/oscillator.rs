@@ -61,7 +61,7 @@ impl Oscillator {
         let brake = Brake::new(p, x, supply);
         let speed = self.heading * x.speed;
         let distance = self.heading * (self.bound() - self.angle.value());
-        if self.braking && speed <= brake.deceleration(0.0) * p.tick {
+        if self.braking && speed <= brake.deceleration * p.tick {
             // It stops within this tick; the same voltage drives the stroke back.
             self.heading = -self.heading;
             self.braking = false;
@@ -109,22 +109,25 @@ struct Brake {
     damping: f32,
     drag: f32,
     inertia: f32,
-    share: f32,
     back_emf: f32,
+    /// From standstill with the counted share of full voltage backward, rad/s².
+    deceleration: f32,
 }
 
 impl Brake {
     fn new(p: &Parameters, x: &Estimate, supply: f32) -> Self {
         let m = &p.motor;
         let per_volt = m.torque_constant / m.resistance;
+        let reach = reach(&p.bridge, supply);
+        let drag = if x.drag > 0.0 { x.drag } else { 0.0 };
         Self {
-            reach: reach(&p.bridge, supply),
+            reach,
             per_volt,
             damping: per_volt * m.torque_constant + m.viscous,
-            drag: if x.drag > 0.0 { x.drag } else { 0.0 },
+            drag,
             inertia: m.inertia,
-            share: p.oscillator.brake_share,
             back_emf: m.torque_constant,
+            deceleration: (p.oscillator.brake_share * per_volt * reach + drag) / m.inertia,
         }
     }
 
@@ -133,15 +136,10 @@ impl Brake {
         (self.per_volt * self.reach - self.damping * speed - sign(speed) * self.drag) / self.inertia
     }
 
-    /// With the counted share of full voltage backward, rad/s².
-    fn deceleration(&self, speed: f32) -> f32 {
-        (self.share * self.per_volt * self.reach + self.drag + self.damping * speed) / self.inertia
-    }
-
     /// `∫ ω dω / (a + bω)` from 0 to the speed: `(a/b²)(z − ln(1 + z))` with z = bω/a, by the Padé form
     /// `z²/(2 + 4z/3)`, within 1 % up to z = 1.
     fn stopping_distance(&self, speed: f32) -> f32 {
-        let a = self.deceleration(0.0);
+        let a = self.deceleration;
         let b = self.damping / self.inertia;
         square(speed) / (2.0 * a + 4.0 / 3.0 * b * speed)
     }

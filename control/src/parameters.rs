@@ -2,6 +2,8 @@
 //!
 //! SI units and radians, motor values at the output shaft.
 
+use serde::{Deserialize, Serialize};
+
 use crate::sensor::SensorMap;
 
 /// Why a set of parameters is refused.
@@ -47,7 +49,7 @@ impl core::fmt::Display for ParameterError {
 impl core::error::Error for ParameterError {}
 
 /// The motor with what turns on its shaft, thesis (4.1) and (4.2).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motor {
     /// Winding and the bridge's slope together, Ω.
     pub resistance: f32,
@@ -65,7 +67,7 @@ pub struct Motor {
 
 /// One control period of the motor, exactly discretised with voltage and torque held (zero-order hold):
 /// `x' = Φ x + Γ v − H τ` with x = [θ, ω, i]. θ feeds nothing back, so its column of Φ is [1, 0, 0].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transition {
     /// Φ(θ, ω), s.
     pub angle_speed: f32,
@@ -94,7 +96,7 @@ pub struct Transition {
 }
 
 /// The bridge and its supply.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bridge {
     /// Supply with no load, V.
     pub rail: f32,
@@ -111,7 +113,7 @@ pub struct Bridge {
 }
 
 /// The battery's divider.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Battery {
     /// Cell voltage per code, V; 0 when the cell is not measured.
     pub volt_per_code: f32,
@@ -120,7 +122,7 @@ pub struct Battery {
 }
 
 /// How much the filter believes model and reading.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     /// Standard deviation of a reading in the reliable zone, rad. Holds the linearity error, not only the noise.
     pub reading: f32,
@@ -131,7 +133,7 @@ pub struct Tuning {
 }
 
 /// What the filter does about the blind arc.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum BlindArcHandling {
     /// Switched noise, innovation gate, code check.
     #[default]
@@ -141,7 +143,7 @@ pub enum BlindArcHandling {
 }
 
 /// The estimator.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimator {
     /// While holding a speed.
     pub speed: Tuning,
@@ -164,7 +166,7 @@ pub struct Estimator {
 }
 
 /// Acquisition of an unknown angle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Acquisition {
     /// Samples of the line fit, 6 … 16.
     pub samples: u16,
@@ -179,7 +181,7 @@ pub struct Acquisition {
 }
 
 /// Which law holds a speed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SpeedLaw {
     /// Thesis (4.5) with the estimated drag fed forward and the phase reference re-anchored when it is out of reach.
     #[default]
@@ -189,7 +191,7 @@ pub enum SpeedLaw {
 }
 
 /// LQG speed control.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     /// LQR gain on the phase, V/rad.
     pub angle_gain: f32,
@@ -206,7 +208,7 @@ pub struct Speed {
 }
 
 /// Where position control takes its angle from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum AngleSource {
     /// The estimator's angle, also in the blind arc.
     #[default]
@@ -216,7 +218,7 @@ pub enum AngleSource {
 }
 
 /// Position control, thesis (4.7) and (4.8).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Position {
     /// Kp, V/rad.
     pub proportional: f32,
@@ -235,7 +237,7 @@ pub struct Position {
 }
 
 /// The oscillator.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Oscillator {
     /// Share of the full braking torque that the prediction counts on; the rest corrects on the way.
     pub brake_share: f32,
@@ -246,7 +248,7 @@ pub struct Oscillator {
 }
 
 /// A fault trigger: what counts, for how long, and when at the latest the bridge is off.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Watch {
     /// Limit, in the unit of the trigger.
     pub limit: f32,
@@ -257,7 +259,7 @@ pub struct Watch {
 }
 
 /// The supervisor's limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Supervisor {
     /// Driven hard and slower than this, rad/s.
     pub stall: Watch,
@@ -280,7 +282,7 @@ pub struct Supervisor {
 }
 
 /// What may be commanded.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Highest |speed|, rad/s.
     pub speed: f32,
@@ -291,7 +293,7 @@ pub struct Limits {
 }
 
 /// Everything. Check with [`Parameters::check`]; [`crate::Controller::new`] does.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Control period, s.
     pub tick: f32,
@@ -399,6 +401,29 @@ impl Motor {
 }
 
 impl Transition {
+    /// Some of these periods as one. The initial current counts as in the first, the final one as in the last of them.
+    #[must_use]
+    pub fn over(&self, ticks: u16) -> Self {
+        // With ω' = b ω + …: bⁿ, Σ bᵏ, and the sum of those sums, k < n.
+        let (mut power, mut sum, mut sum_of_sums) = (1.0, 0.0, 0.0);
+        for _ in 0..ticks {
+            sum_of_sums += sum;
+            sum += power;
+            power *= self.speed_speed;
+        }
+        let travel = self.angle_speed * sum_of_sums;
+        let count = f32::from(ticks);
+        Self {
+            angle_speed: self.angle_speed * sum,
+            speed_speed: power,
+            angle_voltage: count * self.angle_voltage + travel * self.speed_voltage,
+            speed_voltage: sum * self.speed_voltage,
+            angle_torque: count * self.angle_torque + travel * self.speed_torque,
+            speed_torque: sum * self.speed_torque,
+            ..*self
+        }
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         positive("transition.angle_speed", self.angle_speed, 1.0)?;
         within("transition.angle_current", self.angle_current, -1e6, 1e6)?;

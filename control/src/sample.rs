@@ -1,11 +1,13 @@
 //! What enters and leaves a tick.
 
+use serde::{Deserialize, Serialize};
+
 /// A raw conversion of the ADC, in counts of its least significant bit (12 bit on the ESP32).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 pub struct AdcCode(pub u16);
 
 /// What the robot measured at one tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Sample {
     /// Time of the angle conversion, µs since boot. Must not go backwards.
     pub time_us: u64,
@@ -16,7 +18,7 @@ pub struct Sample {
 }
 
 /// What the bridge is told until the next tick.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Actuation {
     /// Share of the bridge's supply, −1 … 1, positive turns the shaft counter-clockwise.
     pub duty: f32,

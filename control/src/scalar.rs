@@ -13,6 +13,13 @@ pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
     }
 }
 
+/// `value`, at most `high`; `high` when it is not a number.
+#[inline]
+#[must_use]
+pub fn at_most(value: f32, high: f32) -> f32 {
+    if value < high { value } else { high }
+}
+
 /// −1, 0 or 1. 0 for zero and for what is not a number.
 #[inline]
 #[must_use]

@@ -5,13 +5,13 @@
 
 use core::f32::consts::TAU;
 
-// Unit tests link std, whose own methods come before the trait's.
-#[cfg(not(test))]
 use micromath::F32Ext;
+use serde::{Deserialize, Serialize};
 
 use crate::angle::wrap;
 use crate::parameters::ParameterError;
 use crate::sample::AdcCode;
+use crate::scalar::clamp;
 
 /// Points of the nominal curve from code to angle.
 pub const KNOTS: usize = 16;
@@ -22,7 +22,7 @@ pub const HARMONICS: usize = 6;
 const PLAY_SPEED: f32 = 5.0;
 
 /// A point of the nominal curve.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Knot {
     /// Code.
     pub code: f32,
@@ -31,7 +31,7 @@ pub struct Knot {
 }
 
 /// Amplitudes of one harmonic of the correction, rad.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Harmonic {
     /// Of cos kφ.
     pub cos: f32,
@@ -40,7 +40,7 @@ pub struct Harmonic {
 }
 
 /// The sensor as the design knows it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorMap {
     /// φ(code), straight between knots whose codes increase.
     pub knots: [Knot; KNOTS],
@@ -94,40 +94,36 @@ impl SensorMap {
     }
 
     fn nominal(&self, code: f32) -> f32 {
-        let mut knots = self.knots.iter();
-        let Some(mut left) = knots.next() else { return 0.0 };
-        let mut angle = left.angle;
-        for right in knots {
-            let span = right.code - left.code;
-            if span <= 0.0 {
+        let [mut left, mut right, ..] = self.knots;
+        for next in self.knots.iter().skip(2) {
+            // The last knot is repeated to the end; beyond it the last line goes on.
+            if code <= right.code || next.code <= right.code {
                 break;
             }
-            angle = left.angle + (code - left.code) / span * (right.angle - left.angle);
-            if code <= right.code {
-                break;
-            }
-            left = right;
+            (left, right) = (right, *next);
         }
-        angle
+        left.angle + (code - left.code) / (right.code - left.code) * (right.angle - left.angle)
     }
 
+    /// The Fourier sum by Clenshaw's recurrence.
     fn correction(&self, nominal: f32) -> f32 {
         let first = wrap(nominal);
-        let (c1, s1) = (first.cos(), first.sin());
-        let (mut c, mut s) = (c1, s1);
-        let mut sum = 0.0;
-        for harmonic in self.harmonics.iter().take(usize::from(self.harmonic_count)) {
-            sum += harmonic.cos * c + harmonic.sin * s;
-            // Angle addition: cos and sin of the next multiple.
-            (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
+        // By name: where std is linked its own methods would come first, and the host would compute other bits than a chip.
+        let (cos, sin) = (F32Ext::cos(first), F32Ext::sin(first));
+        let twice = 2.0 * cos;
+        let (mut even, mut even_before) = (0.0, 0.0);
+        let (mut odd, mut odd_before) = (0.0, 0.0);
+        for harmonic in self.harmonics.iter().take(usize::from(self.harmonic_count)).rev() {
+            (even, even_before) = (harmonic.cos + twice * even - even_before, even);
+            (odd, odd_before) = (harmonic.sin + twice * odd - odd_before, odd);
         }
-        sum
+        even * cos - even_before + odd * sin
     }
 
     /// How far the wiper is behind the shaft at a speed (rad/s), rad. Where the speed is hardly known, neither is this.
     #[must_use]
     pub fn lag(&self, speed: f32) -> f32 {
-        self.half_play * (speed / PLAY_SPEED).clamp(-1.0, 1.0)
+        self.half_play * clamp(speed * (1.0 / PLAY_SPEED), -1.0, 1.0)
     }
 
     /// Whether there is a blind arc at all.
@@ -136,11 +132,10 @@ impl SensorMap {
         self.blind_to > self.blind_from
     }
 
-    /// Whether an angle (rad, wrapped) lies in the blind arc or within the edge margin plus `extra` (rad) of it.
+    /// Whether an angle (rad, wrapped) lies in the blind arc or within the edge margin of it.
     #[must_use]
-    pub fn is_blind(&self, angle: f32, extra: f32) -> bool {
-        let margin = self.edge_margin + extra;
-        self.has_arc() && angle > self.blind_from - margin && angle < self.blind_to + margin
+    pub fn is_blind(&self, angle: f32) -> bool {
+        self.has_arc() && angle > self.blind_from - self.edge_margin && angle < self.blind_to + self.edge_margin
     }
 
     /// Width of the arc, rad.
@@ -161,11 +156,13 @@ impl SensorMap {
             finite("sensor.knots", knot.angle)?;
         }
         // Equal codes at the end repeat the last knot; two make a line at least.
-        for (index, (left, right)) in self.knots.iter().zip(self.knots.iter().skip(1)).enumerate() {
+        let mut first = true;
+        for (left, right) in self.knots.iter().zip(self.knots.iter().skip(1)) {
             let span = right.code - left.code;
-            if span < 0.0 || (index == 0 && span <= 0.0) {
+            if span < 0.0 || (first && span <= 0.0) {
                 return Err(ParameterError::NonPositive { name: "sensor.knots", value: span });
             }
+            first = false;
         }
         for harmonic in &self.harmonics {
             for value in [harmonic.cos, harmonic.sin] {
@@ -197,6 +194,39 @@ fn range(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), Para
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_correction_is_the_fourier_sum() {
+        let mut map = SensorMap {
+            knots: [Knot::default(); KNOTS],
+            harmonics: [Harmonic::default(); HARMONICS],
+            harmonic_count: 0,
+            lowest_code: 0,
+            highest_code: u16::MAX,
+            blind_from: 0.0,
+            blind_to: 0.0,
+            edge_margin: 0.0,
+            half_play: 0.0,
+        };
+        for (harmonic, size) in map.harmonics.iter_mut().zip([0.05f32, -0.03, 0.02, 0.01, -0.015, 0.02]) {
+            *harmonic = Harmonic { cos: size, sin: 0.02 - size };
+        }
+        for count in 1..=6u16 {
+            map.harmonic_count = count;
+            for step in -31..=31i16 {
+                let phi = 0.1 * f32::from(step);
+                let terms = (1u16..).zip(&map.harmonics[..usize::from(count)]);
+                let sum: f32 =
+                    terms.map(|(k, h)| h.cos * (f32::from(k) * phi).cos() + h.sin * (f32::from(k) * phi).sin()).sum();
+                // micromath's sine and cosine are good to 0.002.
+                assert!(
+                    (map.correction(phi) - sum).abs() < 6e-4,
+                    "{count} harmonics at {phi}: {} of {sum}",
+                    map.correction(phi)
+                );
+            }
+        }
+    }
 
     #[test]
     fn the_wiper_lags_by_half_of_its_play_in_the_direction_of_motion() {

@@ -89,7 +89,8 @@ impl SpeedControl {
         let demand = base + gain * error;
         if gain > 0.0 && demand.abs() > limit && sign(demand) * error > 0.0 {
             let excess = (demand.abs() - limit) / gain;
-            let kept = if error.abs() < self.slack(p, x) { error.abs() } else { self.slack(p, x) };
+            let slack = self.slack(p, x);
+            let kept = if error.abs() < slack { error.abs() } else { slack };
             error = sign(error) * clamp(error.abs() - excess, kept, error.abs());
         }
         self.phase = wrap(x.angle + error);

@@ -1,10 +1,12 @@
 //! The safety state machine: one table says what every command and every fault does in every state, another what is
 //! watched for. A fault ends with the bridge off and stays until `ClearFault`, and only once its cause is gone.
 
+use serde::{Deserialize, Serialize};
+
 use crate::parameters::{Supervisor as Limits, Watch};
 
 /// State of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum State {
     /// Bridge off, ready.
     #[default]
@@ -15,6 +17,10 @@ pub enum State {
     Oscillate,
     /// Goes to an angle.
     Position,
+    /// Open loop: a commanded duty. Watched like every other driving state: no trigger needs a controller that acts. So a
+    /// sensor fault cuts the bridge where it would while a speed is held, and so does what looks like one: a shaft that
+    /// is driven hard and stands, or that shuttles within the blind arc for longer than the persistence.
+    Duty,
     /// Bridge off, the shaft turns out.
     Coast,
     /// Bridge off until cleared.
@@ -22,7 +28,7 @@ pub enum State {
 }
 
 /// Cause of a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
     /// Driven hard, and the shaft does not turn.
     Stall,
@@ -40,6 +46,9 @@ pub enum Fault {
     CommandTooOld,
     /// The samples' time stands still, goes backwards or leaps.
     ClockFault,
+    /// The processor has started: what drove before, and what is commanded since, was not meant for now. The only fault
+    /// without a trigger: see [`Controller::restarted`](crate::Controller::restarted).
+    Restarted,
 }
 
 /// What can happen to the state.
@@ -55,6 +64,8 @@ pub enum Event {
     Oscillate,
     /// Command `Position`.
     Position,
+    /// Command `Duty`.
+    Duty,
     /// Command `ClearFault`, cause gone.
     Clear,
     /// A fault was found.
@@ -71,13 +82,21 @@ pub enum Outcome {
 }
 
 /// Every state.
-pub const STATES: [State; 6] =
-    [State::Idle, State::Speed, State::Oscillate, State::Position, State::Coast, State::Fault];
+pub const STATES: [State; 7] =
+    [State::Idle, State::Speed, State::Oscillate, State::Position, State::Duty, State::Coast, State::Fault];
 /// Every event.
-pub const EVENTS: [Event; 7] =
-    [Event::Idle, Event::Coast, Event::Speed, Event::Oscillate, Event::Position, Event::Clear, Event::Fault];
+pub const EVENTS: [Event; 8] = [
+    Event::Idle,
+    Event::Coast,
+    Event::Speed,
+    Event::Oscillate,
+    Event::Position,
+    Event::Duty,
+    Event::Clear,
+    Event::Fault,
+];
 /// Every fault.
-pub const FAULTS: [Fault; 8] = [
+pub const FAULTS: [Fault; 9] = [
     Fault::Stall,
     Fault::Runaway,
     Fault::SensorOpen,
@@ -86,6 +105,7 @@ pub const FAULTS: [Fault; 8] = [
     Fault::SupplyLow,
     Fault::CommandTooOld,
     Fault::ClockFault,
+    Fault::Restarted,
 ];
 
 const NO: Outcome = Outcome::Refused;
@@ -94,17 +114,19 @@ const COAST: Outcome = Outcome::To(State::Coast);
 const SPEED: Outcome = Outcome::To(State::Speed);
 const OSCILLATE: Outcome = Outcome::To(State::Oscillate);
 const POSITION: Outcome = Outcome::To(State::Position);
+const DUTY: Outcome = Outcome::To(State::Duty);
 const FAULT: Outcome = Outcome::To(State::Fault);
 
 /// The table: a row a state, a column an event.
 #[rustfmt::skip]
-pub const TABLE: [(State, [(Event, Outcome); 7]); 6] = [
-    (State::Idle,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
-    (State::Speed,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, SPEED),     (Event::Fault, FAULT)]),
-    (State::Oscillate, [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, OSCILLATE), (Event::Fault, FAULT)]),
-    (State::Position,  [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, POSITION),  (Event::Fault, FAULT)]),
-    (State::Coast,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Clear, COAST),     (Event::Fault, FAULT)]),
-    (State::Fault,     [(Event::Idle, NO),   (Event::Coast, NO),    (Event::Speed, NO),    (Event::Oscillate, NO),        (Event::Position, NO),       (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
+pub const TABLE: [(State, [(Event, Outcome); 8]); 7] = [
+    (State::Idle,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
+    (State::Speed,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, SPEED),     (Event::Fault, FAULT)]),
+    (State::Oscillate, [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, OSCILLATE), (Event::Fault, FAULT)]),
+    (State::Position,  [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, POSITION),  (Event::Fault, FAULT)]),
+    (State::Duty,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, DUTY),      (Event::Fault, FAULT)]),
+    (State::Coast,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, COAST),     (Event::Fault, FAULT)]),
+    (State::Fault,     [(Event::Idle, NO),   (Event::Coast, NO),    (Event::Speed, NO),    (Event::Oscillate, NO),        (Event::Position, NO),       (Event::Duty, NO),   (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
 ];
 
 /// Looks an event up.
@@ -127,7 +149,7 @@ impl State {
     /// Whether the bridge may drive.
     #[must_use]
     pub fn is_driving(self) -> bool {
-        matches!(self, Self::Speed | Self::Oscillate | Self::Position)
+        matches!(self, Self::Speed | Self::Oscillate | Self::Position | Self::Duty)
     }
 }
 
@@ -226,10 +248,12 @@ impl Supervisor {
             return;
         }
         let mut due = None;
+        let forgotten = FORGET * elapsed;
         for ((trigger, finding), lasted) in TRIGGERS.iter().zip(findings).zip(&mut self.lasted) {
             match finding {
                 Evidence::Present => *lasted += elapsed,
-                Evidence::Absent => *lasted = (*lasted - FORGET * elapsed).max(0.0),
+                Evidence::Absent if *lasted > forgotten => *lasted -= forgotten,
+                Evidence::Absent => *lasted = 0.0,
                 Evidence::Unknown => {}
             }
             if *finding == Evidence::Present && *lasted >= (trigger.watch)(limits).persistence && due.is_none() {
@@ -339,9 +363,10 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_has_its_trigger() {
+    fn every_fault_but_a_restart_has_its_trigger() {
         for fault in FAULTS {
-            assert_eq!(TRIGGERS.iter().filter(|trigger| trigger.fault == fault).count(), 1, "{fault:?}");
+            let triggers = TRIGGERS.iter().filter(|trigger| trigger.fault == fault).count();
+            assert_eq!(triggers, usize::from(fault != Fault::Restarted), "{fault:?}");
         }
     }
 

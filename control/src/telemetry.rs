@@ -1,10 +1,12 @@
 //! What the controller tells about itself.
 
+use serde::{Deserialize, Serialize};
+
 use crate::sample::Actuation;
 use crate::supervisor::{Fault, State};
 
 /// One tick, as the controller sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Telemetry {
     /// Time of the sample, µs.
     pub time_us: u64,
@@ -22,8 +24,6 @@ pub struct Telemetry {
     pub current: f32,
     /// Estimated drag torque along −sign ω, N·m.
     pub drag: f32,
-    /// Standard deviation of the angle, squared, rad².
-    pub angle_variance: f32,
     /// Reference angle, rad; the estimate where there is none.
     pub reference_angle: f32,
     /// Reference speed, rad/s.

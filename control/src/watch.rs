@@ -87,6 +87,8 @@ impl Watcher {
                 Fault::SupplyLow => if_so(facts.battery.is_some_and(|volt| volt < p.supervisor.supply_low.limit)),
                 Fault::CommandTooOld => if_so(facts.age > p.supervisor.command_old.limit),
                 Fault::ClockFault => if_so(facts.astray || facts.since_sample > p.supervisor.clock.limit),
+                // No sample tells.
+                Fault::Restarted => Evidence::Absent,
             };
         }
         findings

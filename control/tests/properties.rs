@@ -1,7 +1,7 @@
 //! Whatever comes in: nothing panics, the bridge's command is finite and within ±1, and it is off where it must be.
 
 use control::parameters::ParameterError;
-use control::{AdcCode, Command, Controller, ParameterError as Exported, Refusal, Sample, State, Stroke};
+use control::{AdcCode, Command, Controller, Field, ParameterError as Exported, Refusal, Sample, State, Stroke};
 use proptest::prelude::*;
 
 mod common;
@@ -17,6 +17,7 @@ fn any_command() -> impl Strategy<Value = Command> {
         Just(Command::ClearFault),
         any_f32().prop_map(|omega| Command::Speed { omega }),
         any_f32().prop_map(|angle| Command::Position { angle }),
+        any_f32().prop_map(|duty| Command::Duty { duty }),
         (any_f32(), any_f32(), any::<bool>()).prop_map(|(from, to, bang)| Command::Oscillate {
             from,
             to,
@@ -91,12 +92,20 @@ fn parameters_are_refused_by_name() {
 fn commands_are_refused_with_a_reason() {
     let mut controller = Controller::new(&common::parameters()).unwrap();
     let nan = controller.command(Command::Speed { omega: f32::NAN }, 0);
-    assert_eq!(nan, Err(Refusal::NonFinite { name: "omega" }));
+    assert_eq!(nan, Err(Refusal::NonFinite { name: Field::Omega }));
     let fast = controller.command(Command::Speed { omega: 500.0 }, 0);
-    assert!(matches!(fast, Err(Refusal::OutOfRange { name: "omega", .. })), "{fast:?}");
+    assert!(matches!(fast, Err(Refusal::OutOfRange { name: Field::Omega, .. })), "{fast:?}");
     let still = controller.command(Command::Speed { omega: 0.0 }, 0);
-    assert!(matches!(still, Err(Refusal::OutOfRange { name: "|omega|", .. })), "{still:?}");
+    assert!(matches!(still, Err(Refusal::OutOfRange { name: Field::OmegaMagnitude, .. })), "{still:?}");
     let backwards = Command::Oscillate { from: 1.0, to: -1.0, style: Stroke::BangBang };
-    assert!(matches!(controller.command(backwards, 0), Err(Refusal::OutOfRange { name: "to - from", .. })));
+    assert!(matches!(controller.command(backwards, 0), Err(Refusal::OutOfRange { name: Field::Span, .. })));
+    for duty in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let refused = controller.command(Command::Duty { duty }, 0);
+        assert_eq!(refused, Err(Refusal::NonFinite { name: Field::Duty }));
+    }
+    for duty in [1.001, -1.001] {
+        let refused = controller.command(Command::Duty { duty }, 0);
+        assert_eq!(refused, Err(Refusal::OutOfRange { name: Field::Duty, value: duty, low: -1.0, high: 1.0 }));
+    }
     assert_eq!(controller.telemetry().state, State::Idle);
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use control::parameters::{AngleSource, ParameterError, Parameters};
-use control::{AdcCode, Command, Controller, Fault, Sample, State, Stroke};
+use control::{AdcCode, Command, Controller, Fault, Refusal, Sample, State, Stroke};
 use proptest::prelude::*;
 
 mod common;
@@ -48,6 +48,21 @@ fn commands_go_on_over_a_wrapped_clock() {
     let start = wrap - 400_000;
     let on = ticks_driven(&mut world, 2000, |tick| (start + 1000 * tick) % wrap, Some(HOLD));
     assert_eq!((on, world.controller.telemetry().fault), (2000, None));
+}
+
+#[test]
+fn after_a_restart_nothing_drives_until_the_fault_is_cleared() {
+    let mut world = World::new();
+    world.controller = Controller::restarted(world.controller.parameters()).unwrap();
+    assert_eq!(ticks_driven(&mut world, 1000, |tick| 1000 * tick, Some(HOLD)), 0);
+    let refused = Err(Refusal::Faulted(Fault::Restarted));
+    for command in [HOLD, Command::Idle, Command::Coast, Command::Duty { duty: 1.0 }] {
+        assert_eq!(world.controller.command(command, world.time_us), refused);
+    }
+    assert_eq!(world.controller.telemetry().fault, Some(Fault::Restarted));
+    world.controller.command(Command::ClearFault, world.time_us).unwrap();
+    assert_eq!(ticks_driven(&mut world, 100, |tick| 1_000_000 + 1000 * tick, None), 0, "only ready");
+    assert_eq!(ticks_driven(&mut world, 100, |tick| 1_100_000 + 1000 * tick, Some(HOLD)), 100);
 }
 
 #[test]
@@ -291,6 +306,7 @@ fn any_command() -> impl Strategy<Value = Command> {
         Just(Command::ClearFault),
         (-75.0f32..75.0).prop_map(|omega| Command::Speed { omega }),
         (-3.1f32..3.1).prop_map(|angle| Command::Position { angle }),
+        (-1.0f32..1.0).prop_map(|duty| Command::Duty { duty }),
         (-6.0f32..0.0, 0.5f32..6.0, any::<bool>()).prop_map(swing),
     ]
 }

@@ -5,6 +5,7 @@ pub mod atomic;
 pub mod design;
 pub mod edit;
 mod error;
+pub mod image;
 mod parts;
 pub mod reference;
 pub mod robot;

@@ -87,24 +87,32 @@ impl Adc {
         (code + spike).round().clamp(0.0, self.curve.top_code) as u16
     }
 
-    /// The instants of this tick's conversions against the tick, s, earliest first: evenly spaced around it, all moved
-    /// by one draw of the jitter (the timer's latency is common to them).
-    pub fn instants(&mut self) -> impl Iterator<Item = f64> + use<> {
-        let first = self.jitter_s * self.jitter.normal() - 0.5 * (self.conversions - 1) as f64 * self.conversion_s;
+    /// The middle of this tick's conversions against the tick, s: one draw of the jitter (the timer's latency is common to
+    /// them).
+    pub fn middle(&mut self) -> f64 {
+        self.jitter_s * self.jitter.normal()
+    }
+
+    /// The instants of conversions about their `middle`, s, earliest first and evenly spaced.
+    pub fn instants(&self, middle: f64) -> impl Iterator<Item = f64> + use<> {
+        let first = middle - 0.5 * (self.conversions - 1) as f64 * self.conversion_s;
         let spacing = self.conversion_s;
         (0..self.conversions).map(move |index| first + index as f64 * spacing)
     }
 
     /// The tick's code: the median of conversions at the voltages (V) that `wiper` gives at each instant (s against
-    /// the tick). Of an even number the lower middle one.
-    pub fn sample(&mut self, mut wiper: impl FnMut(f64) -> f64) -> u16 {
+    /// the tick). Of an even number the lower middle one. Every conversion has noise of its own and is a spike or not by
+    /// itself: a burst longer than a conversion would pass a median, and is not modelled. Beside the code the middle of
+    /// the conversions, s against the tick.
+    pub fn sample(&mut self, mut wiper: impl FnMut(f64) -> f64) -> (u16, f64) {
+        let middle = self.middle();
         let mut codes = [0u16; MAX_CONVERSIONS];
-        for (instant, code) in self.instants().zip(&mut codes) {
+        for (instant, code) in self.instants(middle).zip(&mut codes) {
             *code = self.convert(wiper(instant));
         }
         let codes = &mut codes[..self.conversions];
         codes.sort_unstable();
-        codes[(codes.len() - 1) / 2]
+        (codes[(codes.len() - 1) / 2], middle)
     }
 
     /// How far before the tick a conversion can lie, s (six standard deviations of jitter).

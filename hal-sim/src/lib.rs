@@ -31,4 +31,4 @@ pub mod supply;
 pub mod variation;
 
 pub use faults::Fault;
-pub use robot::{Settings, SimulatedRobot, Truth};
+pub use robot::{SampleTime, Settings, SimulatedRobot, Truth};

@@ -18,6 +18,16 @@ use crate::random::{Source, Stream};
 use crate::shaft::{ShaftState, StepMeans, Stepper, Terminals};
 use crate::supply::Supply;
 
+/// What `Sample::time_us` tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum SampleTime {
+    /// The middle of the tick's conversions, as the firmware reads its clock around them: the jitter is known.
+    #[default]
+    Conversions,
+    /// The tick: the jitter is not known.
+    Tick,
+}
+
 /// What a seed draws, taken out of its hands where something is given; and the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -31,13 +41,22 @@ pub struct Settings {
     pub in_gap: Option<InGap>,
     /// Peak of the linearity error, rad; the shape stays the seed's. Only where the file lists `sensor_nonlinearity`.
     pub linearity_peak: Option<f64>,
+    /// What the samples' time is.
+    pub sample_time: SampleTime,
 }
 
 impl Default for Settings {
     /// Ten steps of 0.1 ms: after 2 s and 13 hard reversals the default robot is within 1e-3 rad, less than one code of
     /// its converter, of where ten times finer steps lead (hal-sim/tests/convergence.rs prints the figures).
     fn default() -> Self {
-        Self { steps_per_tick: 10, start_angle: None, charge: None, in_gap: None, linearity_peak: None }
+        Self {
+            steps_per_tick: 10,
+            start_angle: None,
+            charge: None,
+            in_gap: None,
+            linearity_peak: None,
+            sample_time: SampleTime::default(),
+        }
     }
 }
 
@@ -90,6 +109,7 @@ pub struct SimulatedRobot {
     means: StepMeans,
     sensor: AngleSensor,
     delay_s: f64,
+    sample_time: SampleTime,
     history: History,
     battery: Option<BatteryReading>,
     faults: Faults,
@@ -130,6 +150,7 @@ impl SimulatedRobot {
             means: StepMeans::default(),
             sensor,
             delay_s,
+            sample_time: settings.sample_time,
             history: History::new(angle, reach.ceil() as usize + 1),
             battery: BatteryReading::new(robot, seed),
             faults: Faults::default(),
@@ -138,23 +159,27 @@ impl SimulatedRobot {
         };
         simulated.supply.idle();
         // What a sensor frozen from the start repeats.
-        simulated.last_code = simulated.angle_code();
+        simulated.last_code = simulated.convert_angle().0;
         simulated
     }
 
     /// The conversions of the current tick: of the angle around it (each at its own instant, jitter and delay included),
-    /// of the battery at it. `time_us` is the tick's time: the firmware does not know the jitter. The actuation that
+    /// of the battery at it. `time_us` is what [`Settings::sample_time`] says, never before the start. The actuation that
     /// follows counts from the tick on: the microseconds of conversion and computing are not modelled as a latency.
     pub fn sample(&mut self) -> Sample {
         if self.faults.due(self.time_s()) {
             self.apply_supply_faults();
         }
-        self.last_code = match self.faults.line {
-            Some(Line::Frozen) => self.last_code,
-            _ => self.angle_code(),
+        let (code, middle) = self.convert_angle();
+        if self.faults.line != Some(Line::Frozen) {
+            self.last_code = code;
+        }
+        let late_s = match self.sample_time {
+            SampleTime::Conversions => middle,
+            SampleTime::Tick => 0.0,
         };
         Sample {
-            time_us: (self.time_s() * 1e6).round() as u64,
+            time_us: ((self.time_s() + late_s) * 1e6).round() as u64,
             angle: AdcCode(self.last_code),
             battery: AdcCode(self.battery_code()),
         }
@@ -284,15 +309,19 @@ impl SimulatedRobot {
         StepMeans { current, ..StepMeans::default() }
     }
 
-    fn angle_code(&mut self) -> u16 {
+    /// The code, and the middle of its conversions against the tick, s.
+    fn convert_angle(&mut self) -> (u16, f64) {
         let (line, delay, history) = (self.faults.line, self.delay_s, &self.history);
         let step = self.stepper.step();
         match &mut self.sensor {
-            AngleSensor::Digital(digital) => match line {
-                Some(Line::Low) => 0,
-                Some(Line::High | Line::Open) => digital.scale.top_code,
-                Some(Line::Frozen) | None => digital.code(history.angle(delay / step)),
-            },
+            AngleSensor::Digital(digital) => {
+                let code = match line {
+                    Some(Line::Low) => 0,
+                    Some(Line::High | Line::Open) => digital.scale.top_code,
+                    Some(Line::Frozen) | None => digital.code(history.angle(delay / step)),
+                };
+                (code, 0.0)
+            }
             AngleSensor::Analogue(parts) => {
                 let (potentiometer, adc) = parts.as_mut();
                 let supply_v = potentiometer.track.supply_v;

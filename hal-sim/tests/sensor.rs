@@ -12,7 +12,7 @@ use hal_sim::adc::Adc;
 use hal_sim::linearity::Linearity;
 use hal_sim::potentiometer::Potentiometer;
 use hal_sim::random::{Source, Stream};
-use hal_sim::{Settings, SimulatedRobot};
+use hal_sim::{SampleTime, Settings, SimulatedRobot};
 
 fn quantity(value: f64) -> Quantity {
     Quantity { value, low: value, high: value, source: "test".into() }
@@ -82,8 +82,9 @@ fn the_blind_arc_is_as_wide_as_the_hardware_says() {
     assert!((32.0..=72.0).contains(&beside), "{beside}°");
 }
 
-fn gap_codes(in_gap: InGap) -> Vec<u16> {
-    let robot = quiet_robot();
+fn gap_codes(in_gap: InGap, conversions: f64) -> Vec<u16> {
+    let mut robot = quiet_robot();
+    potentiometer(&mut robot).adc.conversions = quantity(conversions);
     // Half-way up the track, then into the gap by hand: the shaft coasts at rest in the middle of it.
     let mut simulated = SimulatedRobot::with(
         &robot,
@@ -101,20 +102,23 @@ fn gap_codes(in_gap: InGap) -> Vec<u16> {
 
 #[test]
 fn pulled_to_zero_in_the_gap() {
-    assert!(gap_codes(InGap::Zero).iter().all(|&code| code == 0));
+    assert!(gap_codes(InGap::Zero, 3.0).iter().all(|&code| code == 0));
 }
 
 #[test]
 fn anything_in_the_gap() {
-    let codes = gap_codes(InGap::Random);
-    let middle = codes.iter().filter(|&&code| (1000..3000).contains(&code)).count();
-    assert!((100..200).contains(&middle), "{middle} of 300 between 1000 and 3000");
-    assert!(codes.windows(2).filter(|pair| pair[0].abs_diff(pair[1]) > 400).count() > 150);
+    // Uniform; the median of three lies more often in the middle: F = 3u² − 2u³.
+    for (conversions, middle) in [(1.0, 100..190), (3.0, 170..240)] {
+        let codes = gap_codes(InGap::Random, conversions);
+        let found = codes.iter().filter(|&&code| (1000..3000).contains(&code)).count();
+        assert!(middle.contains(&found), "{found} of 300 between 1000 and 3000, {conversions} conversions");
+        assert!(codes.windows(2).filter(|pair| pair[0].abs_diff(pair[1]) > 400).count() > 150);
+    }
 }
 
 #[test]
 fn held_and_drifting_in_the_gap() {
-    let codes = gap_codes(InGap::Hold);
+    let codes = gap_codes(InGap::Hold, 3.0);
     let moved = codes.first().unwrap().abs_diff(*codes.last().unwrap());
     assert!(moved > 50, "drifted by {moved}");
     assert!(codes.windows(2).all(|pair| pair[0].abs_diff(pair[1]) < 60), "no jumps");
@@ -193,7 +197,9 @@ fn sampling_instants_jitter_as_they_should() {
     let (mut sum, mut squares) = (0.0, 0.0);
     let ticks = 50_000;
     for _ in 0..ticks {
-        let instants: Vec<f64> = adc.instants().collect();
+        let middle = adc.middle();
+        let instants: Vec<f64> = adc.instants(middle).collect();
+        assert!((instants[1] - middle).abs() < 1e-12);
         assert_eq!(instants.len(), 3);
         assert!((instants[2] - instants[0] - 2.0 * adc.conversion_s).abs() < 1e-12);
         sum += instants[1];
@@ -230,6 +236,42 @@ fn jitter_becomes_angle_error_at_speed() {
     let rms = (squares / f64::from(count)).sqrt();
     let expected = 100e-6 * simulated.truth().speed;
     assert!((rms / expected - 1.0).abs() < 0.1, "{rms} rad RMS, {expected} expected");
+}
+
+#[test]
+fn the_time_of_a_sample_is_that_of_its_conversions_or_the_ticks() {
+    for (sample_time, conversions) in
+        [(SampleTime::Conversions, 1.0), (SampleTime::Conversions, 3.0), (SampleTime::Tick, 3.0)]
+    {
+        let mut robot = quiet_robot();
+        let file = potentiometer(&mut robot);
+        file.adc.jitter_s = quantity(100e-6);
+        file.adc.conversions = quantity(conversions);
+        let settings = Settings { start_angle: Some(0.0), sample_time, ..Settings::default() };
+        let mut simulated = SimulatedRobot::with(&robot, 3, &settings);
+        let scale = angle_scale(&robot.sensor);
+        let (mut squares, mut count, mut off_tick) = (0.0, 0, 0);
+        for tick in 0..4000u64 {
+            let (sample, truth) = (simulated.sample(), simulated.truth());
+            off_tick += u32::from(sample.time_us != 1000 * tick);
+            let late_s = sample.time_us as f64 * 1e-6 - truth.time_s;
+            let angle = hal_sim::robot::wrap(truth.angle);
+            if tick > 1000 && (0.6..3.0).contains(&angle) {
+                let then = angle + late_s * truth.speed;
+                squares += hal_sim::robot::wrap(scale.angle(f64::from(sample.angle.0)) - then).powi(2);
+                count += 1;
+            }
+            simulated.advance(drive(1.0));
+        }
+        let rms = (squares / f64::from(count)).sqrt();
+        let from_jitter = 100e-6 * simulated.truth().speed;
+        // Told the instant, only the codes' steps are left.
+        let (told, expected) = match sample_time {
+            SampleTime::Conversions => (off_tick > 3900, 0.6 * scale.rad_per_code),
+            SampleTime::Tick => (off_tick == 0, 1.1 * from_jitter),
+        };
+        assert!(told && rms < expected, "{sample_time:?}: {rms} rad RMS, {off_tick} off the tick");
+    }
 }
 
 #[test]

@@ -1,8 +1,11 @@
 //! The library under the `scram` command.
 pub mod diagnose;
 pub mod edge;
+pub mod hil;
 pub mod identify;
+pub mod link;
 pub mod plot;
 pub mod recording;
 pub mod report;
+pub mod serial;
 pub mod sim;

@@ -111,6 +111,8 @@ pub struct World {
     pub speed: f64,
     /// The shaft cannot move.
     pub blocked: bool,
+    /// The motor's leads are swapped.
+    pub reversed: bool,
     noise: u32,
 }
 
@@ -118,7 +120,7 @@ impl World {
     /// At rest at 2 rad.
     pub fn new() -> Self {
         let controller = Controller::new(&parameters()).expect("valid");
-        Self { controller, time_us: 0, angle: 2.0, speed: 0.0, blocked: false, noise: 1 }
+        Self { controller, time_us: 0, angle: 2.0, speed: 0.0, blocked: false, reversed: false, noise: 1 }
     }
 
     /// Code of the present angle with a few codes of noise; anything in the gap.
@@ -142,8 +144,13 @@ impl World {
 
     /// One control period.
     pub fn tick(&mut self) -> Actuation {
+        self.tick_with(|sample| sample)
+    }
+
+    /// One control period with the sample changed on its way.
+    pub fn tick_with(&mut self, change: impl Fn(Sample) -> Sample) -> Actuation {
         let sample = Sample { time_us: self.time_us, angle: AdcCode(self.code()), battery: AdcCode(2400) };
-        let actuation = self.controller.tick(&sample);
+        let actuation = self.controller.tick(&change(sample));
         self.time_us += 1000;
         for _ in 0..50 {
             self.step(actuation, 20e-6);
@@ -157,7 +164,8 @@ impl World {
             return;
         }
         let (r, k, j, b, drag) = (15.89f64, 0.0209, 1.5e-6, 1.12e-6, 2.24e-3f64);
-        let net = 5.0 * f64::from(actuation.duty) - k * self.speed;
+        let direction = if self.reversed { -1.0 } else { 1.0 };
+        let net = direction * 5.0 * f64::from(actuation.duty) - k * self.speed;
         let excess = (net.abs() - 2.07).max(0.0);
         let torque = if actuation.enable { k * excess.copysign(net) / r } else { 0.0 } - b * self.speed;
         let before = self.speed;

@@ -48,7 +48,7 @@ fn the_filter_of_the_controller_settles_where_the_design_says() {
     let mut filter = control::estimator::Estimator::new(&p);
     filter.acquire(&p, 2.0, 40.0);
     for _ in 0..4000 {
-        filter.predict(&p, &p.estimator.speed, control::Actuation { duty: 0.95, enable: true });
+        filter.predict(&p, &p.estimator.speed, control::Actuation { duty: 0.95, enable: true }, 1);
         let reading = control::sensor::Reading::Angle(filter.estimate().angle);
         filter.update(&p, &p.estimator.speed, reading, 0.0);
     }

@@ -53,28 +53,38 @@ impl Potentiometer {
         let robot = common.robot()?;
         let loaded = common.recording(&self.run, &robot, &ReadOptions::default())?;
         let fit = potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
-        let mut document = Document::load(&common.robot).map_err(Report::from)?;
-        document.set_correction(&fit.correction).map_err(Report::from)?;
-        let file = common.out.join("robot.toml");
-        common.save(&document, &file)?;
-        let picture = common.write("potentiometer.svg", &residual_svg(&fit))?;
-        let files = [file, picture];
+        let files = write(common, &fit)?;
         if common.json {
             print_json(&Output { fit: &fit, files: &files })?;
             return Ok(());
         }
-        let correction = &fit.correction;
-        let hz = fit.speed_rad_per_s.abs() / std::f64::consts::TAU;
-        print(&table::facts([
-            ("used", format!("{:.0} turns at {hz:.2} Hz, {} samples", fit.turns, fit.samples)),
-            ("error before, RMS / peak", format!("{:.2}° / {:.2}°", fit.before_rms_deg, fit.before_peak_deg)),
-            ("error left, RMS / peak", format!("{:.3}° / {:.3}°", fit.after_rms_deg, fit.after_peak_deg)),
-            ("noise of one reading", format!("{:.2}°", fit.noise_deg)),
-            ("blind arc", format!("{:.1}° … {:.1}°", correction.blind_from_deg, correction.blind_to_deg)),
-            ("zero moved by", format!("{:.2}° ± {:.2}°", fit.zero_shift_deg, fit.zero_uncertainty_deg)),
-        ]));
+        print(&facts(&fit));
         print(&format!("written: {}, {}", files[0].display(), files[1].display()));
         print(&format!("use it: scram sim --robot {}", files[0].display()));
         Ok(())
     }
+}
+
+/// Writes the corrected robot file and the plot of what is left into `--out`.
+pub(super) fn write(common: &Common, fit: &PotentiometerFit) -> Result<[PathBuf; 2], Report> {
+    let mut document = Document::load(&common.robot)?;
+    document.set_correction(&fit.correction)?;
+    let file = common.out.join("robot.toml");
+    common.save(&document, &file)?;
+    let picture = common.write("potentiometer.svg", &residual_svg(fit))?;
+    Ok([file, picture])
+}
+
+/// The table.
+pub(super) fn facts(fit: &PotentiometerFit) -> String {
+    let correction = &fit.correction;
+    let hz = fit.speed_rad_per_s.abs() / std::f64::consts::TAU;
+    table::facts([
+        ("used", format!("{:.0} turns at {hz:.2} Hz, {} samples", fit.turns, fit.samples)),
+        ("error before, RMS / peak", format!("{:.2}° / {:.2}°", fit.before_rms_deg, fit.before_peak_deg)),
+        ("error left, RMS / peak", format!("{:.3}° / {:.3}°", fit.after_rms_deg, fit.after_peak_deg)),
+        ("noise of one reading", format!("{:.2}°", fit.noise_deg)),
+        ("blind arc", format!("{:.1}° … {:.1}°", correction.blind_from_deg, correction.blind_to_deg)),
+        ("zero moved by", format!("{:.2}° ± {:.2}°", fit.zero_shift_deg, fit.zero_uncertainty_deg)),
+    ])
 }

@@ -1,7 +1,9 @@
 //! The command line: one file per subcommand. Results go to stdout, progress and messages to stderr.
 
+mod calibrate;
 mod design;
 mod diagnose;
+mod hil;
 mod identify;
 mod sim;
 mod table;
@@ -27,9 +29,11 @@ struct Cli {
 #[derive(Subcommand)]
 enum Sub {
     Sim(sim::Sim),
+    Hil(hil::Hil),
     Design(design::Design),
     #[command(subcommand)]
     Identify(identify::Identify),
+    Calibrate(calibrate::Calibrate),
     Diagnose(diagnose::Diagnose),
 }
 
@@ -75,8 +79,10 @@ pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         Sub::Sim(command) => command.run(),
+        Sub::Hil(command) => command.run(),
         Sub::Design(command) => command.run(),
         Sub::Identify(command) => command.run(),
+        Sub::Calibrate(command) => command.run(),
         Sub::Diagnose(command) => command.run(),
     };
     match done {
@@ -118,6 +124,12 @@ impl Common {
 
     /// Writes the changed robot file, never over the one that was read.
     fn save(&self, document: &Document, file: &Path) -> Result<(), Report> {
+        self.keeps_robot_file(file)?;
+        Ok(document.save(file)?)
+    }
+
+    /// Fails if writing a file would replace the robot file that was read.
+    fn keeps_robot_file(&self, file: &Path) -> Result<(), Report> {
         if same_file(file, &self.robot) {
             return Err(miette!(
                 help = "choose another directory with --out",
@@ -125,7 +137,7 @@ impl Common {
                 file.display()
             ));
         }
-        Ok(document.save(file)?)
+        Ok(())
     }
 
     /// Writes a text into `--out`, whole or not at all.

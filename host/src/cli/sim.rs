@@ -9,6 +9,7 @@ use scram::recording::{Metadata, write_csv_with, write_mcap_with};
 use scram::sim::{self, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace};
 use serde::Serialize;
 
+use super::hil::OnChip;
 use super::{Common, Done, Failure, print, print_json, table};
 
 /// Longest run, s: everything of a run is held in memory.
@@ -28,6 +29,13 @@ const USUAL_S: f64 = 2.0;
     scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
     scram sim --drive script:steps.txt               one order a line, see docs/recordings.md")]
 pub struct Sim {
+    #[command(flatten)]
+    run: Run,
+}
+
+/// What is run, wherever the decisions are made.
+#[derive(Args)]
+pub struct Run {
     /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), or script:FILE
     #[arg(long, default_value = "freq:7", allow_hyphen_values = true)]
     drive: String,
@@ -38,7 +46,7 @@ pub struct Sim {
     #[arg(long, default_value = "", hide_default_value = true)]
     faults: String,
     #[command(flatten)]
-    common: Common,
+    pub common: Common,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -57,47 +65,64 @@ struct Output<'a> {
     seed: u64,
     #[serde(flatten)]
     metrics: &'a Metrics,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    chip: Option<&'a OnChip>,
     refused: Vec<String>,
     files: Vec<PathBuf>,
 }
 
 impl Sim {
     pub fn run(&self) -> Done {
+        let (robot, plan) = self.run.plan()?;
+        let settings = hal_sim::Settings::default();
+        let trace = sim::run(&robot, self.run.common.seed, &settings, &plan).map_err(Report::from)?;
+        self.run.tell(&robot, &plan, &trace, None)
+    }
+}
+
+impl Run {
+    /// Reads the arguments and the robot file.
+    pub fn plan(&self) -> Result<(description::Robot, Plan), Failure> {
         let drive = Drive::parse(&self.drive).map_err(|e| match e {
             DriveError::Drive { .. } => Failure::Usage(e.into()),
             DriveError::Script { .. } | DriveError::Io { .. } => Failure::Failed(e.into()),
         })?;
         let faults = Scheduled::parse_list(&self.faults).map_err(|e| Failure::Usage(e.into()))?;
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
-        let robot = self.common.robot()?;
-        let plan = Plan { drive, seconds, faults };
-        let settings = hal_sim::Settings::default();
-        let trace = sim::run(&robot, self.common.seed, &settings, &plan).map_err(Report::from)?;
+        Ok((self.common.robot()?, Plan { drive, seconds, faults }))
+    }
+
+    /// Writes the files of a run and says what happened.
+    pub fn tell(&self, robot: &description::Robot, plan: &Plan, trace: &Trace, chip: Option<&OnChip>) -> Done {
         if let Some(why) = trace.orders.first().and_then(|given| given.refusal.as_ref()) {
             let help =
                 "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`";
             return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.orders[0].order).into());
         }
-        let files = self.write(&trace, &robot)?;
-        let metrics = sim::metrics(&trace);
-        let refused: Vec<String> = refusals(&trace).collect();
+        let files = self.write(trace, robot)?;
+        let metrics = sim::metrics(trace);
+        let refused: Vec<String> = refusals(trace).collect();
         if self.common.json {
             print_json(&Output {
                 robot: &robot.name,
                 drive: &self.drive,
-                seconds,
+                seconds: plan.seconds,
                 seed: self.common.seed,
                 metrics: &metrics,
+                chip,
                 refused,
                 files,
             })?;
             return Ok(());
         }
-        print(&format!("{}, {} for {seconds} s, seed {}", robot.name, self.drive, self.common.seed));
+        print(&format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed));
         if trace.segments().len() > 1 {
-            print(&orders(&trace));
+            print(&orders(trace));
         }
-        print(&table::facts(happened(&trace, &metrics)));
+        print(&table::facts(happened(trace, &metrics)));
+        if let Some(chip) = chip {
+            print(&table::facts(chip.facts()));
+        }
         for line in refused {
             print(&line);
         }
@@ -134,7 +159,7 @@ impl Sim {
 }
 
 /// "out/run.mcap, run.csv, …": the directory once.
-fn listed(files: &[PathBuf]) -> String {
+pub(super) fn listed(files: &[PathBuf]) -> String {
     let names = files.iter().skip(1).filter_map(|file| file.file_name()).map(|name| name.to_string_lossy());
     let first = files.first().map(|file| file.display().to_string());
     first.into_iter().chain(names.map(String::from)).collect::<Vec<_>>().join(", ")

@@ -39,7 +39,7 @@ mod summary;
 pub use arc::{GapBehaviour, ZeroSource};
 pub use error::IdentifyError;
 pub use plot::residual_svg;
-pub use potentiometer::potentiometer;
+pub use potentiometer::{potentiometer, require_potentiometer};
 pub use summary::{PotentiometerFit, ResidualBin};
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ const MOST_DRIVE_RIPPLE: f64 = 0.02;
 /// When the file has no potentiometer, or the recording is not one of raw codes at a steady speed over at least five
 /// turns.
 pub fn potentiometer(robot: &Robot, recording: &Recording) -> Result<PotentiometerFit, IdentifyError> {
-    let sensor = sensor_of(robot)?;
+    let sensor = require_potentiometer(robot)?;
     let converter = AdcCurve::new(&sensor.adc);
     let track = Track::new(sensor);
     let all = readings(sensor, &converter, &track, recording)?;
@@ -58,7 +58,11 @@ pub fn potentiometer(robot: &Robot, recording: &Recording) -> Result<Potentiomet
     Ok(summarise(robot, recording, &converter, &track, &steady, &fit, reliable, (zero, offset)))
 }
 
-fn sensor_of(robot: &Robot) -> Result<&Potentiometer, IdentifyError> {
+/// The potentiometer of a robot file.
+///
+/// # Errors
+/// [`IdentifyError::NoPotentiometer`].
+pub fn require_potentiometer(robot: &Robot) -> Result<&Potentiometer, IdentifyError> {
     match &robot.sensor {
         Sensor::Potentiometer(sensor) => Ok(sensor),
         Sensor::Ideal => Err(IdentifyError::NoPotentiometer { kind: "ideal" }),

@@ -45,10 +45,10 @@ pub enum Order {
 }
 
 impl Order {
-    /// What the controller is told; `None` for an open-loop order.
+    /// What the controller is told.
     #[must_use]
-    pub fn command(self) -> Option<Command> {
-        Some(match self {
+    pub fn command(self) -> Command {
+        match self {
             Self::Freq { hz } => Command::Speed { omega: omega_from_frequency(hz) as f32 },
             Self::Oscillate { from_deg, to_deg, style } => {
                 Command::Oscillate { from: radians(from_deg) as f32, to: radians(to_deg) as f32, style }
@@ -56,9 +56,9 @@ impl Order {
             Self::Position { deg } => Command::Position { angle: radians(deg) as f32 },
             Self::Coast => Command::Coast,
             Self::Idle => Command::Idle,
+            Self::Duty { duty } => Command::Duty { duty: duty as f32 },
             Self::Clear => Command::ClearFault,
-            Self::Duty { .. } => return None,
-        })
+        }
     }
 
     /// The kind of order, as it is typed.

@@ -89,10 +89,6 @@ pub fn metrics_of(trace: &Trace, order: Order, from: usize, to: usize) -> Metric
         energy_j: ticks.iter().map(bridge_power).sum::<f64>() * trace.tick_s,
         ..Metrics::default()
     };
-    if matches!(order, Order::Duty { .. }) {
-        // In open loop the controller does not know what drives the motor: its estimate means nothing.
-        (m.acquired_s, m.estimate_rms_deg, m.estimate_rms_blind_deg) = (None, None, None);
-    }
     let steady = last(ticks, STEADY_S, trace.tick_s);
     m.mean_frequency_hz = mean_speed(steady).map(frequency_from_omega);
     match order {

@@ -1,17 +1,19 @@
 //! The firmware's decisions on the simulated robot: both advance in virtual time, one control period at a time.
 
+mod decide;
 mod drive;
 mod export;
 mod faults;
 mod metrics;
 mod strokes;
 
-use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, State, Telemetry};
+use control::{Actuation, Command, Controller, Field, Parameters, Refusal, Sample, State, Telemetry};
 use description::robot::Robot;
 use hal_sim::{Settings, SimulatedRobot, Truth};
 
 use crate::edge::{degrees, frequency_from_omega};
 
+pub use decide::Decide;
 pub use drive::{Drive, DriveError, Order, Step};
 pub use export::{extra_columns, recording};
 pub use faults::{Break, FaultError, Scheduled};
@@ -102,7 +104,16 @@ pub fn run(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result
 
 /// Runs a controller on a simulated robot.
 #[must_use]
-pub fn closed_loop(mut robot: SimulatedRobot, mut controller: Controller, plan: &Plan) -> Trace {
+pub fn closed_loop(robot: SimulatedRobot, mut controller: Controller, plan: &Plan) -> Trace {
+    let Ok(trace) = closed_loop_with(robot, &mut controller, plan);
+    trace
+}
+
+/// Runs whoever decides on a simulated robot.
+///
+/// # Errors
+/// The decider cannot be reached.
+pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, plan: &Plan) -> Result<Trace, D::Error> {
     let tick_s = robot.tick_s();
     let count = (plan.seconds / tick_s).round().max(1.0) as usize;
     let refresh = (REFRESH_S / tick_s).round().max(1.0) as usize;
@@ -124,29 +135,22 @@ pub fn closed_loop(mut robot: SimulatedRobot, mut controller: Controller, plan: 
         let sample = robot.sample();
         // Half a tick of slack: an order at 0.3 s comes before the tick at 0.3 s, whatever the rounding.
         while let Some(step) = steps.next_if(|step| step.at_s <= time_s + 0.5 * tick_s) {
-            let refusal = match step.order.command() {
-                Some(command) if linked => {
-                    controller.command(command, sample.time_us).err().map(|r| said(step.order, r))
-                }
-                Some(_) => Some("the link is lost".to_owned()),
-                None => controller.command(Command::Idle, sample.time_us).err().map(|r| said(step.order, r)),
+            let refusal = if linked {
+                decider.command(step.order.command(), sample.time_us)?.err().map(|r| said(step.order, r))
+            } else {
+                Some("the link is lost".to_owned())
             };
             orders.push(Given { at_s: time_s, tick: index, order: step.order, refusal });
             current = Some(step.order);
         }
         if linked && index % refresh == 0 {
-            refresh_command(&mut controller, current, sample.time_us);
+            refresh_command(decider, current, sample.time_us)?;
         }
-        let decided = controller.tick(&sample);
-        let actuation = match current {
-            // Open loop: the controller only watches.
-            Some(Order::Duty { duty }) => Actuation { duty: duty as f32, enable: true },
-            _ => decided,
-        };
-        ticks.push(Tick { time_s, sample, actuation, telemetry: controller.telemetry(), truth: robot.truth() });
+        let actuation = decider.tick(&sample)?;
+        ticks.push(Tick { time_s, sample, actuation, telemetry: decider.telemetry(), truth: robot.truth() });
         robot.advance(actuation);
     }
-    Trace { tick_s, ticks, orders, faults: plan.faults.clone(), parameters: *controller.parameters() }
+    Ok(Trace { tick_s, ticks, orders, faults: plan.faults.clone(), parameters: *decider.parameters() })
 }
 
 /// A refusal in the units in which the order was typed.
@@ -155,7 +159,7 @@ fn said(order: Order, refusal: Refusal) -> String {
         (Order::Freq { .. }, Refusal::OutOfRange { name, low, high, .. }) => {
             let hertz = |omega: f32| frequency_from_omega(f64::from(omega)).abs();
             // Without its sign, as the controller's own `|omega|`; the first check, of `omega`, has −high … high.
-            let low = if name.starts_with('|') { hertz(low) } else { 0.0 };
+            let low = if name == Field::OmegaMagnitude { hertz(low) } else { 0.0 };
             format!("the frequency must be from {low:.2} to {:.2} Hz in either direction", hertz(high))
         }
         (Order::Oscillate { .. } | Order::Position { .. }, Refusal::OutOfRange { name, value, low, high }) => {
@@ -167,11 +171,12 @@ fn said(order: Order, refusal: Refusal) -> String {
 }
 
 /// Repeats the present order. A refusal is not news: it was said when the order was given, or a fault has come since.
-fn refresh_command(controller: &mut Controller, order: Option<Order>, time_us: u64) {
-    let Some(command) = order.and_then(|order| order.command()) else { return };
-    if command != Command::ClearFault && controller.telemetry().state != State::Fault {
-        let _ = controller.command(command, time_us);
+fn refresh_command<D: Decide>(decider: &mut D, order: Option<Order>, time_us: u64) -> Result<(), D::Error> {
+    let Some(command) = order.map(Order::command) else { return Ok(()) };
+    if command != Command::ClearFault && decider.telemetry().state != State::Fault {
+        let _ = decider.command(command, time_us)?;
     }
+    Ok(())
 }
 
 impl Trace {

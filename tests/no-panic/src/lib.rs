@@ -1,13 +1,16 @@
-//! `control` alone, without std, behind three C functions. A panic that can be reached needs `a_panic_is_reachable`,
-//! which exists nowhere: the linker names it and stops.
+//! `control` alone, without std, behind C functions. A panic that can be reached needs `a_panic_is_reachable`, which
+//! exists nowhere: the linker names it and stops. A library on the host, a program on the chips' target.
 //!
 //! The texts of errors (`Display`) are left out: they are for the host, and firmware reports numbers.
 #![no_std]
 
+use control::protocol::frame::{Deframer, FrameError, LONGEST, encode};
+use control::protocol::lockstep::{Cost, Meter, Reply, Request, Server, Target};
+use control::protocol::{dongle, radio};
 use control::{Actuation, Command, Controller, ParameterError, Parameters, Refusal, Sample, Telemetry};
 
-// `c` is here for memcpy and memset, which the compiler calls.
-#[link(name = "c")]
+// `c` is here for memcpy and memset, which the compiler calls; on the chips' target its own library has them.
+#[cfg_attr(not(target_os = "none"), link(name = "c"))]
 unsafe extern "C" {
     safe fn a_panic_is_reachable() -> !;
 }
@@ -17,6 +20,11 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     a_panic_is_reachable()
 }
 
+/// The host's compiled `core` names it; nothing unwinds here.
+#[cfg(not(target_os = "none"))]
+#[unsafe(no_mangle)]
+extern "C" fn rust_eh_personality() {}
+
 /// Parameters are checked and a controller is made.
 #[unsafe(no_mangle)]
 pub extern "C" fn make(parameters: &Parameters, made: &mut Result<Controller, ParameterError>) {
@@ -25,13 +33,23 @@ pub extern "C" fn make(parameters: &Parameters, made: &mut Result<Controller, Pa
 
 /// Any command at any time.
 #[unsafe(no_mangle)]
-pub extern "C" fn command(controller: &mut Controller, command: &Command, time_us: u64, answer: &mut Result<(), Refusal>) {
+pub extern "C" fn command(
+    controller: &mut Controller,
+    command: &Command,
+    time_us: u64,
+    answer: &mut Result<(), Refusal>,
+) {
     *answer = controller.command(*command, time_us);
 }
 
 /// Any sample.
 #[unsafe(no_mangle)]
-pub extern "C" fn tick(controller: &mut Controller, sample: &Sample, actuation: &mut Actuation, telemetry: &mut Telemetry) {
+pub extern "C" fn tick(
+    controller: &mut Controller,
+    sample: &Sample,
+    actuation: &mut Actuation,
+    telemetry: &mut Telemetry,
+) {
     *actuation = controller.tick(sample);
     *telemetry = controller.telemetry();
     #[cfg(feature = "planted")]
@@ -39,4 +57,73 @@ pub extern "C" fn tick(controller: &mut Controller, sample: &Sample, actuation: 
         let table = [1.0, 2.0, 3.0];
         actuation.duty = table[sample.angle.0 as usize];
     }
+}
+
+/// Measures nothing.
+pub struct Unmeasured;
+
+impl Meter for Unmeasured {
+    const TARGET: Target = Target::Host;
+
+    fn measure<R>(&mut self, tick: impl FnOnce() -> R) -> (R, Cost) {
+        (tick(), Cost::default())
+    }
+}
+
+/// Any byte of the host with the plant, and the reply.
+#[unsafe(no_mangle)]
+pub extern "C" fn lockstep(
+    server: &mut Server<Unmeasured>,
+    deframer: &mut Deframer,
+    byte: u8,
+    reply: &mut [u8; LONGEST + 1],
+) -> usize {
+    match deframer.push::<Request>(byte) {
+        Some(Ok(request)) => encode(&server.serve(&request, deframer.bad()), reply).map_or(0, <[u8]>::len),
+        _ => 0,
+    }
+}
+
+/// The host's side of it.
+#[unsafe(no_mangle)]
+pub extern "C" fn lockstep_reply(deframer: &mut Deframer, byte: u8, reply: &mut Option<Result<Reply, FrameError>>) {
+    *reply = deframer.push(byte);
+}
+
+/// Any byte of the host to the dongle, and its answer.
+#[unsafe(no_mangle)]
+pub extern "C" fn dongle_request(
+    deframer: &mut Deframer,
+    byte: u8,
+    request: &mut Option<Result<dongle::ToDongle, FrameError>>,
+) {
+    *request = deframer.push(byte);
+}
+
+/// Any message of the dongle.
+#[unsafe(no_mangle)]
+pub extern "C" fn dongle_answer(answer: &dongle::FromDongle, frame: &mut [u8; LONGEST + 1]) -> usize {
+    encode(answer, frame).map_or(0, <[u8]>::len)
+}
+
+/// Any radio payload to the robot.
+#[unsafe(no_mangle)]
+pub extern "C" fn radio_receive(
+    payload: &[u8; radio::LONGEST],
+    length: usize,
+    message: &mut Option<Result<(u16, Command), radio::Misread>>,
+) {
+    *message = payload.get(..length).map(radio::decode);
+}
+
+/// Any radio message of the robot.
+#[unsafe(no_mangle)]
+pub extern "C" fn radio_send(sequence: u16, message: &radio::FromRobot, payload: &mut [u8; radio::LONGEST]) -> usize {
+    radio::encode(sequence, message, payload).map_or(0, <[u8]>::len)
+}
+
+/// A row of telemetry.
+#[unsafe(no_mangle)]
+pub extern "C" fn radio_row(code: &control::AdcCode, telemetry: &Telemetry, row: &mut radio::Row) {
+    *row = radio::Row::new(*code, telemetry);
 }

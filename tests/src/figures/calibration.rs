@@ -55,7 +55,7 @@ fn left_over(bench: &Bench, calibrated: &Robot, seed: u64) -> Option<(f64, f64, 
         let code = specimen.sample().angle;
         // Turning counter-clockwise the wiper lags by half of its play.
         let wiper = scram::edge::wrap(specimen.truth().angle - half_play);
-        if tick > 300 && !map.is_blind(wiper as f32, 0.0) {
+        if tick > 300 && !map.is_blind(wiper as f32) {
             errors.push(scram::edge::wrap(f64::from(map.angle(code)) - wiper).to_degrees());
             let uncorrected = f64::from(bench.parameters.sensor.angle(code));
             before.push(scram::edge::wrap(uncorrected - wiper).to_degrees());

@@ -133,8 +133,9 @@ fn moment(bench: &Bench, when: When, seed: u64) -> f64 {
         When::Any => drawn,
         When::OutsideTheArc => {
             let healthy = run_of(bench, seed, FROM_S + 2.0 * SPAN_S, Vec::new());
-            let sensor = &healthy.parameters.sensor;
-            let outside = |angle: f64| !sensor.is_blind(scram::edge::wrap(angle) as f32, 0.05);
+            let mut sensor = healthy.parameters.sensor;
+            sensor.edge_margin += 0.05;
+            let outside = |angle: f64| !sensor.is_blind(scram::edge::wrap(angle) as f32);
             let found = healthy.ticks.iter().find(|tick| tick.time_s >= drawn && outside(tick.truth.angle));
             found.map_or(drawn, |tick| tick.time_s)
         }

@@ -1,0 +1,94 @@
+//! ESP32-WROOM-32, the thesis's own. Strapping pins 0, 2, 5, 12 and 15 stay free. Sensors are on ADC1 (GPIO32 to 39): ADC2
+//! fails beside the radio.
+
+use control::protocol::lockstep::Target;
+use control::protocol::radio::Reset;
+use esp_hal::analog::adc::AdcCalLine;
+use esp_hal::peripherals::{ADC1, GPIO34, GPIO35, LPWR, Peripherals};
+use esp_hal::rtc_cntl::SocResetReason;
+use esp_hal::uart::{Config, Uart, UartRx, UartTx};
+use esp_hal::xtensa_lx_rt::xtensa_lx::timer::get_cycle_count;
+use esp_hal::{Async, Blocking};
+
+use super::{Analog, BridgePins, Dongle, Robot, Scheduler};
+
+/// The chip, for people.
+pub const NAME: &str = "ESP32";
+/// The chip, for `scram hil`.
+pub const TARGET: Target = Target::Esp32;
+
+/// ADC1 channel 6. The pin has no output driver.
+pub type Wiper = GPIO34<'static>;
+/// ADC1 channel 7. The pin has no output driver.
+pub type Cell = GPIO35<'static>;
+/// The line of the chip's eFuses (two points, or the reference voltage) and above 2.9 V Espressif's table: mV. This chip has no
+/// other.
+pub type Calibration = AdcCalLine<ADC1<'static>>;
+
+/// The bridge's enable pin.
+pub(super) const ENABLE: u8 = 27;
+
+/// Highest rate that the USB bridges of common boards keep (CP2102: 921600 Bd, data sheet).
+const BAUD: u32 = 921_600;
+
+pub(super) fn robot(p: Peripherals) -> Robot {
+    Robot {
+        analog: Analog { adc: p.ADC1, wiper: p.GPIO34, cell: p.GPIO35 },
+        bridge: BridgePins { ledc: p.LEDC, in1: p.GPIO25.into(), in2: p.GPIO26.into(), enable: p.GPIO27.into() },
+        led: p.GPIO23.into(),
+        radio: p.WIFI,
+        flash: p.FLASH,
+        watchdog: p.RTC_TIMER,
+        scheduler: Scheduler { timer: p.TIMG0, interrupt: p.FROM_CPU_INTR0 },
+        loop_interrupt: p.FROM_CPU_INTR2,
+        loop_timer: p.TIMG1,
+    }
+}
+
+pub(super) fn dongle(p: Peripherals) -> Dongle {
+    let uart = Uart::new(p.UART0, Config::default().with_baudrate(BAUD)).expect("the chip has this baud rate");
+    let (serial_receiver, serial_sender) = uart.with_rx(p.GPIO3).with_tx(p.GPIO1).into_async().split();
+    let scheduler = Scheduler { timer: p.TIMG0, interrupt: p.FROM_CPU_INTR0 };
+    Dongle { serial_receiver, serial_sender, radio: p.WIFI, scheduler }
+}
+
+/// From the host.
+pub type SerialReceiver = UartRx<'static, Async>;
+/// To the host.
+pub type SerialSender = UartTx<'static, Async>;
+
+/// The line to the host for `scram hil`.
+#[must_use]
+pub fn lockstep_serial(p: Peripherals) -> Uart<'static, Blocking> {
+    let uart = Uart::new(p.UART0, Config::default().with_baudrate(BAUD)).expect("the chip has this baud rate");
+    uart.with_rx(p.GPIO3).with_tx(p.GPIO1)
+}
+
+/// Reset reasons that only this chip has.
+pub(crate) fn special_reset(reason: SocResetReason) -> Reset {
+    match reason {
+        SocResetReason::CpuMwdt0 => Reset::Watchdog,
+        _ => Reset::Other,
+    }
+}
+
+/// Resets when the supply falls below 2.43 V, ESP-IDF's default. After power-up the detector is off, and neither the
+/// bootloader nor esp-hal changes that.
+pub(super) fn arm_brown_out_reset() {
+    LPWR::regs().brown_out().modify(|_, w| {
+        // SAFETY: every value of these three bits is a threshold.
+        unsafe { w.dbrown_out_thres().bits(0) };
+        w.rst_ena().set_bit();
+        w.ena().set_bit()
+    });
+}
+
+/// The cycle counter always runs.
+pub fn start_cycles() {}
+
+/// Processor cycles, wrapping.
+#[must_use]
+#[inline(always)]
+pub fn cycles() -> u32 {
+    get_cycle_count()
+}

@@ -1,0 +1,17 @@
+//! What the firmware's programs share: a chip's peripherals behind the traits of [`shell::board`].
+//!
+//! The decisions are `control`'s and the tasks `shell`'s; here are pins, registers and start-up. What differs between the
+//! chips is in [`board`] and nowhere else.
+
+#![no_std]
+
+pub mod adc;
+pub mod board;
+pub mod bridge;
+pub mod flash;
+pub mod led;
+pub mod panic;
+pub mod radio;
+pub mod reset;
+pub mod tick;
+pub mod watchdog;

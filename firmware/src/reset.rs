@@ -1,0 +1,45 @@
+//! Why the processor started.
+
+use control::protocol::radio::Reset;
+use esp_hal::ram;
+use esp_hal::rtc_cntl::SocResetReason;
+use portable_atomic::{AtomicU32, Ordering};
+
+use crate::board;
+
+/// Keeps its value through every reset but that of a power-up.
+#[ram(unstable(rtc_fast, persistent))]
+static MARK: AtomicU32 = AtomicU32::new(0);
+
+/// No number that memory holds by chance.
+const PANICKED: u32 = 0xB41D_6E0F;
+
+/// The reset to come is a panic's.
+#[ram]
+pub fn mark_panic() {
+    MARK.store(PANICKED, Ordering::Relaxed);
+}
+
+/// Why the processor started. Clears the mark of a panic: call it once.
+#[must_use]
+pub fn reason() -> Reset {
+    let panicked = MARK.load(Ordering::Relaxed) == PANICKED;
+    MARK.store(0, Ordering::Relaxed);
+    // A panic may end by the watchdog, when printing its cause takes too long.
+    if panicked { Reset::Panic } else { esp_hal::system::reset_reason().map_or(Reset::Other, plain) }
+}
+
+/// A reset button on the chip's enable pin looks like a power-up to both chips, and is told as one.
+fn plain(reason: SocResetReason) -> Reset {
+    match reason {
+        SocResetReason::ChipPowerOn => Reset::PowerOn,
+        SocResetReason::CoreSw | SocResetReason::Cpu0Sw => Reset::Software,
+        SocResetReason::CoreMwdt0
+        | SocResetReason::CoreMwdt1
+        | SocResetReason::CoreRtcWdt
+        | SocResetReason::Cpu0RtcWdt
+        | SocResetReason::SysRtcWdt => Reset::Watchdog,
+        SocResetReason::SysBrownOut => Reset::BrownOut,
+        other => board::special_reset(other),
+    }
+}

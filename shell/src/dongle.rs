@@ -1,0 +1,267 @@
+//! The dongle: a radio on the host's USB serial line, as [`control::protocol::dongle`] has it.
+//!
+//! ```text
+//! USB ──listen──▶ sends ──send──▶ radio
+//!                        └──▶ answers ──┐
+//! USB ◀───────────────tell◀─────────────┤
+//! radio ──hear──▶ receptions ───────────┘
+//! ```
+//!
+//! Only `tell` waits for the host, and only `send` for the radio. What does not fit into a queue meanwhile is dropped and
+//! counted, so a host that does not read stops nothing but what is for it. Every `Send` is answered by one `Sent`, unless
+//! [`Counters::answers_dropped`] counts it.
+
+use core::cell::RefCell;
+
+use control::protocol::VERSION;
+use control::protocol::dongle::{Counters, FromDongle, ToDongle};
+use control::protocol::frame::{Deframer, LONGEST, encode};
+use embassy_futures::join::join4;
+use embassy_futures::select::{Either4, select4};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::{Channel, TrySendError};
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, Timer};
+use embedded_io_async::{Read, Write};
+
+use crate::board::{Address, Payload, Received, Receiver, Sender};
+
+/// Commands that wait for the radio: it takes some milliseconds for each.
+pub const SENDS: usize = 8;
+/// Radio messages that wait for the host: 0.3 s of telemetry.
+pub const RECEPTIONS: usize = 32;
+/// Answers that wait for the host.
+pub const ANSWERS: usize = 128;
+
+/// A frame that takes longer has waited for the host: perhaps another program reads now, and needs a `Hello`. The longest
+/// frame takes 30 ms at 115 200 baud.
+const STALL: Duration = Duration::from_millis(500);
+/// After a failed write: the host is not there.
+const RETRY: Duration = Duration::from_millis(100);
+/// After a failed read: short, because a UART that has lost bytes fails, too, and more are coming.
+const READ_AGAIN: Duration = Duration::from_millis(1);
+
+struct Message {
+    number: u16,
+    to: Address,
+    payload: Payload,
+}
+
+#[derive(Clone, Copy)]
+struct Answer {
+    number: u16,
+    acknowledged: bool,
+}
+
+type Queue<T, const N: usize> = Channel<CriticalSectionRawMutex, T, N>;
+
+/// Queues and counters of the dongle's tasks. For a `static`.
+pub struct Shared {
+    sends: Queue<Message, SENDS>,
+    receptions: Queue<Received, RECEPTIONS>,
+    answers: Queue<Answer, ANSWERS>,
+    /// The host asked. One answer is enough where it asks again before that.
+    hello: Signal<CriticalSectionRawMutex, ()>,
+    count: Signal<CriticalSectionRawMutex, ()>,
+    counters: Mutex<CriticalSectionRawMutex, RefCell<Counters>>,
+}
+
+impl Default for Shared {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Shared {
+    /// Nothing counted, nothing queued.
+    #[must_use]
+    pub const fn new() -> Self {
+        let counters = Counters {
+            received: 0,
+            received_dropped: 0,
+            sent: 0,
+            send_failed: 0,
+            send_dropped: 0,
+            answers_dropped: 0,
+            bad_frames: 0,
+        };
+        Self {
+            sends: Channel::new(),
+            receptions: Channel::new(),
+            answers: Channel::new(),
+            hello: Signal::new(),
+            count: Signal::new(),
+            counters: Mutex::new(RefCell::new(counters)),
+        }
+    }
+
+    /// The counters as they are.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.counters.lock(|counters| *counters.borrow())
+    }
+
+    fn add(&self, counter: impl FnOnce(&mut Counters) -> &mut u32) {
+        self.counters.lock(|counters| {
+            let mut counters = counters.borrow_mut();
+            let counter = counter(&mut counters);
+            *counter = counter.wrapping_add(1);
+        });
+    }
+
+    /// Queues what shall be sent, if there is room.
+    fn order(&self, message: Message) {
+        let number = message.number;
+        if self.sends.try_send(message).is_err() {
+            self.add(|c| &mut c.send_dropped);
+            self.answer(Answer { number, acknowledged: false });
+        }
+    }
+
+    /// Queues what the host shall know; the oldest goes where there is no room.
+    fn answer(&self, answer: Answer) {
+        while self.answers.try_send(answer).is_err() {
+            if self.answers.try_receive().is_ok() {
+                self.add(|c| &mut c.answers_dropped);
+            }
+        }
+    }
+
+    /// Queues what came in; the oldest goes where there is no room, because the newest tells how the robot is now.
+    fn reception(&self, received: Received) {
+        let mut newest = received;
+        while let Err(TrySendError::Full(back)) = self.receptions.try_send(newest) {
+            newest = back;
+            if self.receptions.try_receive().is_ok() {
+                self.add(|c| &mut c.received_dropped);
+            }
+        }
+    }
+}
+
+/// Who the dongle is.
+#[derive(Clone, Copy, Debug)]
+pub struct Identity {
+    /// Its radio address.
+    pub address: Address,
+    /// The radio's channel.
+    pub channel: u8,
+}
+
+/// All four tasks in one.
+pub async fn run(
+    from_host: impl Read,
+    to_host: impl Write,
+    receiver: impl Receiver,
+    sender: impl Sender,
+    identity: Identity,
+    shared: &Shared,
+) -> ! {
+    join4(hear(receiver, shared), send(sender, shared), listen(from_host, shared), tell(to_host, identity, shared))
+        .await
+        .0
+}
+
+/// Takes in radio messages. Waits for nothing but the radio.
+pub async fn hear(mut receiver: impl Receiver, shared: &Shared) -> ! {
+    loop {
+        let received = receiver.receive().await;
+        shared.add(|c| &mut c.received);
+        shared.reception(received);
+    }
+}
+
+/// Sends the host's messages. Every send is awaited to its end.
+pub async fn send(mut sender: impl Sender, shared: &Shared) -> ! {
+    loop {
+        let Message { number, to, payload } = shared.sends.receive().await;
+        let acknowledged = sender.send(&to, &payload).await;
+        shared.add(|c| if acknowledged { &mut c.sent } else { &mut c.send_failed });
+        shared.answer(Answer { number, acknowledged });
+    }
+}
+
+/// Reads what the host says. Waits for nothing but the host.
+pub async fn listen(mut from_host: impl Read, shared: &Shared) -> ! {
+    let mut deframer = Deframer::default();
+    let mut bytes = [0; 64];
+    loop {
+        match from_host.read(&mut bytes).await {
+            Ok(read @ 1..) => bytes.iter().take(read).for_each(|byte| take(&mut deframer, *byte, shared)),
+            // Unplugged, or bytes are lost: what comes next does not belong to what came before.
+            Ok(0) | Err(_) => {
+                take(&mut deframer, 0, shared);
+                Timer::after(READ_AGAIN).await;
+            }
+        }
+    }
+}
+
+fn take(deframer: &mut Deframer, byte: u8, shared: &Shared) {
+    match deframer.push(byte) {
+        None => {}
+        Some(Err(_)) => shared.add(|c| &mut c.bad_frames),
+        Some(Ok(ToDongle::Send { number, to, payload })) => shared.order(Message { number, to, payload }),
+        Some(Ok(ToDongle::Hello)) => shared.hello.signal(()),
+        Some(Ok(ToDongle::Count)) => shared.count.signal(()),
+    }
+}
+
+/// Tells the host: what it asked for first, then what became of its messages, then what came in.
+pub async fn tell(to_host: impl Write, identity: Identity, shared: &Shared) -> ! {
+    let mut line = Line { to_host, buffer: [0; _] };
+    let hello = FromDongle::Hello { version: VERSION, address: identity.address, channel: identity.channel };
+    let mut greeted = false;
+    loop {
+        if !greeted {
+            match line.write(&hello).await {
+                Ok(prompt) => greeted = prompt,
+                Err(Broken) => Timer::after(RETRY).await,
+            }
+            continue;
+        }
+        let (asked, became, came) = (&shared.count, &shared.answers, &shared.receptions);
+        let message = match select4(shared.hello.wait(), asked.wait(), became.receive(), came.receive()).await {
+            Either4::First(()) => hello.clone(),
+            Either4::Second(()) => FromDongle::Counted(shared.counters()),
+            Either4::Third(Answer { number, acknowledged }) => FromDongle::Sent { number, acknowledged },
+            Either4::Fourth(Received { from, rssi, payload }) => FromDongle::Received { from, rssi, payload },
+        };
+        greeted = match line.write(&message).await {
+            Ok(prompt) => prompt,
+            Err(Broken) => {
+                match message {
+                    FromDongle::Sent { .. } => shared.add(|c| &mut c.answers_dropped),
+                    FromDongle::Received { .. } => shared.add(|c| &mut c.received_dropped),
+                    FromDongle::Hello { .. } | FromDongle::Counted(_) => {}
+                }
+                false
+            }
+        };
+    }
+}
+
+/// The line failed in the middle of a frame.
+struct Broken;
+
+struct Line<W> {
+    to_host: W,
+    buffer: [u8; LONGEST + 2],
+}
+
+impl<W: Write> Line<W> {
+    /// Writes a frame; whether the host took it without delay. It begins with a zero, so that the rest of another that was
+    /// cut off, here or in some buffer on the way, does not spoil it.
+    async fn write(&mut self, message: &FromDongle) -> Result<bool, Broken> {
+        let begun = Instant::now();
+        let [zero, rest @ ..] = &mut self.buffer;
+        *zero = 0;
+        // Every message to the host is short enough.
+        let length = encode(message, rest).map_or(0, |frame| 1 + frame.len());
+        self.to_host.write_all(self.buffer.get(..length).unwrap_or_default()).await.map_err(|_| Broken)?;
+        // The driver has the whole frame: if this fails, it is not for us to count as dropped.
+        let flushed = self.to_host.flush().await;
+        Ok(flushed.is_ok() && begun.elapsed() < STALL)
+    }
+}

@@ -1,0 +1,170 @@
+//! The control loop: conversions, commands, decision, bridge, telemetry, watchdog; once a control period.
+
+use core::borrow::BorrowMut;
+
+use control::protocol::radio::{Batch, Row};
+use control::{Actuation, Command, Controller, Refusal, Sample, Telemetry};
+use embassy_time::{Instant, Timer};
+use heapless::Vec;
+
+use super::median::median;
+use super::schedule::Schedule;
+use super::shared::{Answered, Order, TickCounts};
+use super::{Settings, Shared, Shown};
+use crate::board::{Address, Bridge, Converter, Watchdog};
+
+/// The parts of the board that belong to the control loop alone.
+#[derive(Debug)]
+pub struct Parts<C, B, W> {
+    /// The analogue inputs.
+    pub converter: C,
+    /// The H-bridge.
+    pub bridge: B,
+    /// The watchdog, armed.
+    pub watchdog: W,
+}
+
+/// Runs the robot. The watchdog is fed at the end of a whole tick and nowhere else.
+///
+/// In an interrupt, give it a reference to the controller: a controller by value takes its size of stack again, and that is
+/// the stack of whatever is interrupted.
+pub async fn control_loop(
+    parts: Parts<impl Converter, impl Bridge, impl Watchdog>,
+    mut controller: impl BorrowMut<Controller>,
+    settings: &Settings,
+    shared: &Shared,
+) -> ! {
+    let Parts { mut converter, mut bridge, mut watchdog } = parts;
+    let controller = controller.borrow_mut();
+    bridge.apply(Actuation::OFF);
+    let mut schedule = Schedule::new(controller.parameters(), Instant::now().as_micros());
+    let mut reporter = Reporter::default();
+    let mut responder = Responder::default();
+    let mut before: Option<(u64, u32)> = None;
+    loop {
+        let began_us = Instant::now().as_micros();
+        let period = schedule.begin(began_us);
+        let (sample, outliers) = measure(&mut converter, settings);
+        while let Ok(order) = shared.orders.try_receive() {
+            let outcome = controller.command(order.command, order.received_us);
+            responder.respond(&order, outcome, shared);
+        }
+        bridge.apply(controller.tick(&sample));
+        reporter.report(period, &sample, &controller.telemetry(), shared);
+        watchdog.feed();
+
+        let ended_us = Instant::now().as_micros();
+        shared.count_tick(&TickCounts {
+            missed: before.map_or(0, |(_, last)| period.wrapping_sub(last).saturating_sub(1)),
+            period_us: before.map(|(last_us, _)| difference(began_us, last_us)),
+            outliers,
+            execution_us: difference(ended_us, began_us),
+        });
+        before = Some((began_us, period));
+        Timer::at(Instant::from_micros(schedule.end(ended_us))).await;
+    }
+}
+
+/// The sample, its time in the middle of the angle's conversions, and how many of them are far from their median.
+fn measure(converter: &mut impl Converter, settings: &Settings) -> (Sample, u32) {
+    let first_us = Instant::now().as_micros();
+    let (angle, outliers) = median(settings.conversions, settings.outlier_lsb, || converter.angle());
+    let time_us = u64::midpoint(first_us, Instant::now().as_micros());
+    (Sample { time_us, angle, battery: converter.battery() }, outliers)
+}
+
+/// `a − b`, µs.
+fn difference(a_us: u64, b_us: u64) -> u32 {
+    u32::try_from(a_us.saturating_sub(b_us)).unwrap_or(u32::MAX)
+}
+
+/// Answers a command when it or its outcome is new, and once a second while it is repeated: commands are repeated to stay
+/// fresh, and answers get lost.
+#[derive(Default)]
+struct Responder {
+    last: Option<Response>,
+}
+
+struct Response {
+    to: Address,
+    command: Command,
+    outcome: Result<(), Refusal>,
+    at_us: u64,
+}
+
+/// An answer is given again after so long, µs.
+const ANSWER_AGAIN_US: u64 = 1_000_000;
+
+impl Responder {
+    fn respond(&mut self, order: &Order, outcome: Result<(), Refusal>, shared: &Shared) {
+        let Order { from: to, sequence, command, received_us: at_us } = *order;
+        let answered = self.last.as_ref().is_some_and(|last| {
+            // What is no number does not equal itself.
+            let same = last.command == command || matches!(outcome, Err(Refusal::NonFinite { .. }));
+            let lately = at_us.saturating_sub(last.at_us) < ANSWER_AGAIN_US;
+            same && lately && last.to == to && last.outcome == outcome
+        });
+        if !answered {
+            // An answer for which there is no room is given to the next repetition.
+            let queued = shared.answer(Answered { to, sequence, outcome });
+            self.last = queued.then_some(Response { to, command, outcome, at_us });
+        }
+    }
+}
+
+/// Collects ticks into telemetry messages and tells the LED.
+#[derive(Default)]
+struct Reporter {
+    batch: Option<Batch>,
+}
+
+impl Reporter {
+    fn report(&mut self, period: u32, sample: &Sample, telemetry: &Telemetry, shared: &Shared) {
+        if self.batch.as_ref().is_some_and(|batch| !continues(batch, period, telemetry)) {
+            self.hand_over(shared);
+        }
+        let batch = self.batch.get_or_insert_with(|| {
+            shared.show(Shown::State(telemetry.state, telemetry.fault));
+            Batch {
+                first_tick: period,
+                state: telemetry.state,
+                fault: telemetry.fault,
+                tracking: telemetry.tracking,
+                battery_mv: 0,
+                rows: Vec::new(),
+            }
+        });
+        batch.battery_mv = millivolt(telemetry.battery);
+        // There is room: a full batch is handed over at once.
+        let _ = batch.rows.push(Row::new(sample.angle, telemetry));
+        if batch.rows.is_full() {
+            self.hand_over(shared);
+        }
+    }
+
+    /// To the sending task, unless nobody listens.
+    fn hand_over(&mut self, shared: &Shared) {
+        let Some(batch) = self.batch.take() else { return };
+        if shared.peer().is_none() {
+            return;
+        }
+        let rows = u32::try_from(batch.rows.len()).unwrap_or(u32::MAX);
+        if shared.batches.try_send(batch).is_err() {
+            shared.count(|c| c.rows_dropped = c.rows_dropped.wrapping_add(rows));
+        }
+    }
+}
+
+/// Whether the tick of a period belongs into the batch.
+fn continues(batch: &Batch, period: u32, telemetry: &Telemetry) -> bool {
+    usize::try_from(period.wrapping_sub(batch.first_tick)) == Ok(batch.rows.len())
+        && batch.state == telemetry.state
+        && batch.fault == telemetry.fault
+        && batch.tracking == telemetry.tracking
+}
+
+/// To the nearest; the ends where it does not fit, 0 for no number.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, as documented")]
+fn millivolt(volt: f32) -> u16 {
+    (volt * 1e3 + 0.5) as u16
+}

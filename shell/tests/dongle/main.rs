@@ -1,0 +1,250 @@
+//! The dongle's tasks on the host, under virtual time: a host that stops reading, talks rubbish or unplugs, and a radio
+//! that is slow or deaf.
+
+use std::cell::RefCell;
+
+use bench::{Bench, Cable, HELLO, ROBOT, decode, frame, number, payload};
+use control::protocol::dongle::{Counters, FromDongle, ToDongle};
+use control::protocol::frame::Deframer;
+use embassy_time::Timer;
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use shell::dongle::{ANSWERS, RECEPTIONS, SENDS};
+
+mod bench;
+#[allow(dead_code, reason = "the robot's tests use the rest")]
+#[path = "../common/time.rs"]
+mod time;
+
+fn received(messages: &[FromDongle]) -> Vec<u32> {
+    let number = |message: &FromDongle| match message {
+        FromDongle::Received { from, rssi, payload } => {
+            let number = number(payload);
+            assert_eq!((*from, i32::from(*rssi)), (ROBOT, -40 - (number % 50) as i32));
+            Some(number)
+        }
+        _ => None,
+    };
+    messages.iter().filter_map(number).collect()
+}
+
+fn sent(messages: &[FromDongle]) -> Vec<(u16, bool)> {
+    let sent = |message: &FromDongle| match message {
+        FromDongle::Sent { number, acknowledged } => Some((*number, *acknowledged)),
+        _ => None,
+    };
+    messages.iter().filter_map(sent).collect()
+}
+
+/// Takes 1.5 ms, and every hundredth message is not acknowledged.
+fn usual(number: u32) -> (u64, bool) {
+    (1500, number % 100 != 99)
+}
+
+#[test]
+fn ten_thousand_messages_both_ways_arrive_intact_and_in_order() {
+    const MESSAGES: u32 = 10_000;
+    let bench = Bench::new();
+    let host = async {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        for number in 0..MESSAGES {
+            bench.send(number);
+            Timer::after_micros(random.random_range(1000..3000)).await;
+        }
+        Timer::after_millis(100).await;
+        bench.usb.say(&ToDongle::Count);
+    };
+    bench.run(40_000_000, usual, vec![Box::new(host), Box::new(bench.robot_talks(1900, 0..MESSAGES))]);
+    let (messages, bad) = bench.usb.heard();
+    let counters = Counters { received: MESSAGES, sent: 9900, send_failed: 100, ..Counters::default() };
+    assert_eq!((bad, &messages[0], messages.last()), (0, &HELLO, Some(&FromDongle::Counted(counters))));
+    assert_eq!(received(&messages), (0..MESSAGES).collect::<Vec<_>>());
+    assert_eq!(sent(&messages), (0..MESSAGES).map(|n| (n as u16, usual(n).1)).collect::<Vec<_>>());
+    let on_air: Vec<u32> = bench.radio.0.borrow().sent.iter().map(|(_, payload)| number(payload)).collect();
+    assert_eq!(on_air, (0..MESSAGES).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_host_that_stops_reading_stops_nothing_else() {
+    let bench = Bench::new();
+    let host = async {
+        for number in 0..1000 {
+            match number {
+                100 => bench.usb.plug(Cable::Idle),
+                900 => bench.usb.plug(Cable::Reading),
+                _ => {}
+            }
+            bench.send(number);
+            Timer::after_millis(5).await;
+        }
+    };
+    bench.run(6_000_000, usual, vec![Box::new(host), Box::new(bench.robot_talks(10_000, 0..500))]);
+    for (index, (at_us, payload)) in bench.radio.0.borrow().sent.iter().enumerate() {
+        assert_eq!(number(payload) as usize, index);
+        assert!(at_us.abs_diff(index as u64 * 5000) < 100, "message {index} went out at {at_us} us");
+    }
+    let ((messages, bad), counters) = (bench.usb.heard(), bench.counters());
+    assert_eq!((bad, messages.iter().filter(|message| **message == HELLO).count()), (0, 2));
+    let (received, sent) = (received(&messages), sent(&messages));
+    assert!(received.is_sorted() && sent.is_sorted());
+    assert_eq!((counters.received, counters.sent, counters.send_failed), (500, 990, 10));
+    assert_eq!(received.len() as u32 + counters.received_dropped, 500);
+    assert_eq!(sent.len() as u32 + counters.answers_dropped, 1000);
+    // Besides what waits in the queues, one frame is under way and one may be in the buffer; and while all that is told,
+    // before it what became of the messages, some more comes in.
+    assert!(counters.received_dropped.abs_diff(400 - RECEPTIONS as u32) <= 2, "{counters:?}");
+    assert!(counters.answers_dropped.abs_diff(800 - ANSWERS as u32) <= 2, "{counters:?}");
+    // The newest are there.
+    assert!((452 - RECEPTIONS as u32..500).all(|number| received.contains(&number)), "{received:?}");
+    assert!((902 - ANSWERS as u16..1000).all(|number| sent.iter().any(|(sent, _)| *sent == number)), "{sent:?}");
+}
+
+/// Unplugs after a number of bytes, for a second. What was read until then, and what afterwards.
+fn unplugged(after: usize, cable: Cable) -> (Bench, Vec<u8>, Vec<u8>) {
+    let bench = Bench::new();
+    bench.usb.change(|wire| wire.change = Some((after, cable)));
+    let before = RefCell::new(Vec::new());
+    let host = async {
+        Timer::after_millis(1500).await;
+        bench.usb.change(|wire| before.replace(std::mem::take(&mut wire.read)));
+        bench.usb.plug(Cable::Reading);
+    };
+    bench.run(4_000_000, usual, vec![Box::new(host), Box::new(bench.robot_talks(20_000, 0..100))]);
+    let afterwards = bench.usb.change(|wire| std::mem::take(&mut wire.read));
+    (bench, before.into_inner(), afterwards)
+}
+
+#[test]
+fn unplugged_at_any_byte_the_next_program_finds_a_hello_and_whole_frames() {
+    for after in 1..1000 {
+        for cable in [Cable::Broken, Cable::Gone, Cable::Idle] {
+            let (bench, before, afterwards) = unplugged(after, cable);
+            let what = format!("{cable:?} after {after} bytes");
+            let ((earlier, _), (messages, bad)) = (decode(&before), decode(&afterwards));
+            // The rest of the frame that was cut is not readable, and nothing else.
+            assert!(bad <= 1, "{what}: {bad} bad frames");
+            let hello = messages.iter().position(|message| *message == HELLO);
+            // Before it, what was under way, and what the driver has kept.
+            let kept = if cable == Cable::Idle { 4 } else { 1 };
+            assert!(hello.is_some_and(|at| at <= kept), "{what}: Hello comes at {hello:?}");
+            let numbers = [received(&earlier), received(&messages)].concat();
+            assert!(numbers.is_sorted_by(|a, b| a < b), "{what}: {numbers:?}");
+            assert_eq!(numbers.last(), Some(&99), "{what}");
+            let (found, counters) = (numbers.len() as u32, bench.counters());
+            assert_eq!(counters.received, 100);
+            match cable {
+                // What the driver reports as failed is counted. To a program that reads on, half a frame does no harm;
+                // one that lacks but its last zero is whole.
+                Cable::Broken => {
+                    assert_eq!(found + counters.received_dropped, 100, "{what}");
+                    let (all, _) = decode(&[before, afterwards].concat());
+                    assert!(all.starts_with(&earlier) && all.ends_with(&messages), "{what}");
+                    assert!(all.len() - earlier.len() - messages.len() <= 1, "{what}");
+                }
+                // What was torn or in the driver's buffer is lost without a word.
+                _ => assert!((98..=100).contains(&(found + counters.received_dropped)), "{what}: {found} {counters:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_slow_radio_drops_what_it_cannot_take_and_every_send_is_answered_once() {
+    let bench = Bench::new();
+    let host = async {
+        for number in 0..1000 {
+            bench.send(number);
+            Timer::after_millis(2).await;
+        }
+    };
+    bench.run(4_000_000, |number| (20_000, number % 3 != 0), vec![Box::new(host)]);
+    let ((messages, bad), counters) = (bench.usb.heard(), bench.counters());
+    let mut answers = sent(&messages);
+    let acknowledged = answers.iter().filter(|(_, acknowledged)| *acknowledged).count() as u32;
+    answers.sort_unstable();
+    assert_eq!(answers.iter().map(|(number, _)| *number).collect::<Vec<_>>(), (0..1000).collect::<Vec<_>>());
+    assert_eq!((bad, acknowledged, counters.answers_dropped), (0, counters.sent, 0));
+    assert_eq!(counters.sent + counters.send_failed + counters.send_dropped, 1000);
+    // Fifty a second for two seconds, and what had been waiting then.
+    let on_air = bench.radio.0.borrow().sent.len();
+    assert_eq!(on_air as u32, counters.sent + counters.send_failed);
+    assert!((100 + SENDS..=101 + SENDS).contains(&on_air), "{on_air}");
+}
+
+#[test]
+fn a_failed_read_spoils_one_frame_at_most() {
+    let bench = Bench::new();
+    let host = async {
+        let whole = frame(&ToDongle::Send { number: 1, to: ROBOT, payload: payload(1) });
+        bench.usb.change(|wire| wire.to_dongle.extend(&whole[..10]));
+        Timer::after_millis(1).await;
+        bench.usb.change(|wire| wire.read_error = true);
+        Timer::after_millis(5).await;
+        // Without a zero before it.
+        bench.usb.change(|wire| wire.to_dongle.extend(&whole[1..]));
+    };
+    bench.run(100_000, usual, vec![Box::new(host)]);
+    assert_eq!(sent(&bench.usb.heard().0), [(1, true)]);
+    assert_eq!(bench.counters(), Counters { sent: 1, bad_frames: 1, ..Counters::default() });
+}
+
+/// What a host says: sense or rubbish.
+#[derive(Clone, Debug)]
+enum Said {
+    Send,
+    Hello,
+    Bytes(Vec<u8>),
+    /// A frame with a byte changed.
+    Spoiled(usize, u8),
+}
+
+fn said() -> impl Strategy<Value = Said> {
+    prop_oneof![
+        3 => Just(Said::Send),
+        1 => Just(Said::Hello),
+        2 => prop::collection::vec(any::<u8>(), 0..200).prop_map(Said::Bytes),
+        1 => prop::collection::vec(1..=u8::MAX, 1000..1200).prop_map(Said::Bytes),
+        1 => (any::<usize>(), 1..=u8::MAX).prop_map(|(at, change)| Said::Spoiled(at, change)),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn rubbish_is_counted_and_the_next_message_is_served(said in prop::collection::vec(said(), 1..40)) {
+        let bench = Bench::new();
+        let mut expected = Vec::new();
+        let mut bytes = Vec::new();
+        for (index, said) in said.iter().enumerate() {
+            let message = ToDongle::Send { number: index as u16, to: ROBOT, payload: payload(index as u32) };
+            match said {
+                Said::Send => {
+                    expected.push((index as u16, true));
+                    bytes.push(frame(&message));
+                }
+                Said::Hello => bytes.push(frame(&ToDongle::Hello)),
+                Said::Bytes(rubbish) => bytes.push(rubbish.clone()),
+                Said::Spoiled(at, change) => {
+                    let mut spoiled = frame(&message);
+                    let at = 1 + at % (spoiled.len() - 2);
+                    spoiled[at] ^= change;
+                    bytes.push(spoiled);
+                }
+            }
+        }
+        bytes.push(vec![0]);
+        let mut reference = Deframer::default();
+        bytes.iter().flatten().for_each(|byte| drop(reference.push::<ToDongle>(*byte)));
+        let host = async {
+            for bytes in bytes {
+                bench.usb.change(|wire| wire.to_dongle.extend(bytes));
+                Timer::after_millis(2).await;
+            }
+        };
+        bench.run(200_000, |_| (1500, true), vec![Box::new(host)]);
+        let (messages, bad) = bench.usb.heard();
+        prop_assert_eq!(bad, 0);
+        prop_assert_eq!(sent(&messages), expected);
+        prop_assert_eq!(bench.counters().bad_frames, reference.bad());
+    }
+}

@@ -1,0 +1,77 @@
+//! The parameter store on a simulated NOR flash: power cuts, rubbish, other versions, wear.
+
+use std::path::Path;
+
+use control::Parameters;
+use control::protocol::radio::Source;
+use embassy_futures::block_on;
+use nor_flash::Flash;
+use rand::{Rng, RngExt};
+use shell::store::{self, StoreError};
+
+mod damage;
+mod nor_flash;
+mod power;
+mod wear;
+
+/// The parameters' partition as on the chips.
+const PAGES: usize = 6;
+type Chip = Flash<4096>;
+
+fn factory() -> Parameters {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml");
+    let robot = description::robot::Robot::load(&file).expect("robot.toml");
+    description::design::design(&robot).expect("a controller").parameters
+}
+
+/// A valid set that differs from every other in every part.
+fn another(factory: &Parameters, random: &mut impl Rng) -> Parameters {
+    let mut set = *factory;
+    let mut vary = |value: &mut f32| *value *= random.random_range(0.9..0.999);
+    vary(&mut set.tick);
+    vary(&mut set.motor.resistance);
+    vary(&mut set.transition.speed_speed);
+    vary(&mut set.transition.current_voltage);
+    vary(&mut set.bridge.fade_current);
+    set.sensor.knots.iter_mut().for_each(|knot| vary(&mut knot.angle));
+    set.sensor.harmonics.iter_mut().for_each(|harmonic| vary(&mut harmonic.cos));
+    vary(&mut set.estimator.gate);
+    vary(&mut set.acquisition.residual);
+    vary(&mut set.speed.angle_gain);
+    vary(&mut set.position.proportional);
+    vary(&mut set.oscillator.brake_share);
+    vary(&mut set.supervisor.stall.limit);
+    vary(&mut set.supervisor.driven_duty);
+    vary(&mut set.limits.least_stroke);
+    assert_eq!(set.check(), Ok(()));
+    set
+}
+
+fn load<const PAGE: usize>(flash: &mut Flash<PAGE>, factory: &Parameters) -> (Parameters, Source) {
+    let range = flash.range();
+    block_on(store::load(flash, range, factory))
+}
+
+/// Saves a set, or without one resets.
+fn save<const PAGE: usize>(
+    flash: &mut Flash<PAGE>,
+    factory: &Parameters,
+    set: Option<&Parameters>,
+) -> Result<(), StoreError> {
+    let range = flash.range();
+    match set {
+        Some(set) => block_on(store::save(flash, range, factory, set)),
+        None => block_on(store::reset(flash, range)),
+    }
+}
+
+/// What is in the flash; `None` for the factory's set.
+fn stored<const PAGE: usize>(flash: &mut Flash<PAGE>, factory: &Parameters) -> Option<Parameters> {
+    let (set, source) = load(flash, factory);
+    if source == Source::Stored {
+        Some(set)
+    } else {
+        assert_eq!(set, *factory, "{source:?}");
+        None
+    }
+}

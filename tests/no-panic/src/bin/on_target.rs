@@ -1,0 +1,23 @@
+//! The same for the chips' target, where there are no shared libraries: a program that keeps every function.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use no_panic as roots;
+
+/// Where the linker begins to look for what is needed.
+#[unsafe(no_mangle)]
+pub extern "C" fn _start() -> ! {
+    black_box(roots::make as *const ());
+    black_box(roots::command as *const ());
+    black_box(roots::tick as *const ());
+    black_box(roots::lockstep as *const ());
+    black_box(roots::lockstep_reply as *const ());
+    black_box(roots::dongle_request as *const ());
+    black_box(roots::dongle_answer as *const ());
+    black_box(roots::radio_receive as *const ());
+    black_box(roots::radio_send as *const ());
+    black_box(roots::radio_row as *const ());
+    loop {}
+}
