@@ -74,6 +74,19 @@ pub enum Reading {
 }
 
 impl SensorMap {
+    /// Every code is an angle, and that angle is 0: what a map is filled from.
+    pub const EMPTY: Self = Self {
+        knots: [Knot { code: 0.0, angle: 0.0 }; KNOTS],
+        harmonics: [Harmonic { cos: 0.0, sin: 0.0 }; HARMONICS],
+        harmonic_count: 0,
+        lowest_code: 0,
+        highest_code: u16::MAX,
+        blind_from: 0.0,
+        blind_to: 0.0,
+        edge_margin: 0.0,
+        half_play: 0.0,
+    };
+
     /// Reads a code.
     #[must_use]
     pub fn read(&self, code: AdcCode) -> Reading {
@@ -197,17 +210,7 @@ mod tests {
 
     #[test]
     fn the_correction_is_the_fourier_sum() {
-        let mut map = SensorMap {
-            knots: [Knot::default(); KNOTS],
-            harmonics: [Harmonic::default(); HARMONICS],
-            harmonic_count: 0,
-            lowest_code: 0,
-            highest_code: u16::MAX,
-            blind_from: 0.0,
-            blind_to: 0.0,
-            edge_margin: 0.0,
-            half_play: 0.0,
-        };
+        let mut map = SensorMap::EMPTY;
         for (harmonic, size) in map.harmonics.iter_mut().zip([0.05f32, -0.03, 0.02, 0.01, -0.015, 0.02]) {
             *harmonic = Harmonic { cos: size, sin: 0.02 - size };
         }
@@ -230,17 +233,7 @@ mod tests {
 
     #[test]
     fn the_wiper_lags_by_half_of_its_play_in_the_direction_of_motion() {
-        let map = SensorMap {
-            knots: [Knot::default(); KNOTS],
-            harmonics: [Harmonic::default(); HARMONICS],
-            harmonic_count: 0,
-            lowest_code: 0,
-            highest_code: u16::MAX,
-            blind_from: 0.0,
-            blind_to: 0.0,
-            edge_margin: 0.0,
-            half_play: 0.01,
-        };
+        let map = SensorMap { half_play: 0.01, ..SensorMap::EMPTY };
         assert!((map.lag(40.0) - 0.01).abs() < 1e-9 && (map.lag(-40.0) + 0.01).abs() < 1e-9);
         assert!(map.lag(0.0).abs() < 1e-9 && map.lag(1.0) > 0.0 && map.lag(1.0) < 0.01);
     }

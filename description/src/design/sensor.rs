@@ -25,23 +25,9 @@ pub(super) fn map(sensor: &Sensor, edge_margin: f64) -> Result<SensorMap, Design
     }
 }
 
-fn empty() -> SensorMap {
-    SensorMap {
-        knots: [Knot::default(); KNOTS],
-        harmonics: [Harmonic::default(); HARMONICS],
-        harmonic_count: 0,
-        lowest_code: 0,
-        highest_code: u16::MAX,
-        blind_from: 0.0,
-        blind_to: 0.0,
-        edge_margin: 0.0,
-        half_play: 0.0,
-    }
-}
-
 fn digital(sensor: &Sensor) -> SensorMap {
     let scale = angle_scale(sensor);
-    let mut map = empty();
+    let mut map = SensorMap::EMPTY;
     let top = f64::from(scale.top_code) + 1.0;
     // No code means anything but an angle: nothing is beyond the ends.
     fill(&mut map, [(0.0, scale.zero), (top, scale.zero + scale.rad_per_code * top)].into_iter());
@@ -51,7 +37,7 @@ fn digital(sensor: &Sensor) -> SensorMap {
 fn nominal(potentiometer: &Potentiometer) -> SensorMap {
     let curve = AdcCurve::new(&potentiometer.adc);
     let track = Track::new(potentiometer);
-    let mut map = empty();
+    let mut map = SensorMap::EMPTY;
     let ends = END_SIGMA * potentiometer.adc.noise_lsb.high;
     map.lowest_code = ends.ceil() as u16;
     map.highest_code = (curve.top_code - ends).floor() as u16;

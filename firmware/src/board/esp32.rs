@@ -1,6 +1,7 @@
 //! ESP32-WROOM-32, the thesis's own. Strapping pins 0, 2, 5, 12 and 15 stay free. Sensors are on ADC1 (GPIO32 to 39): ADC2
 //! fails beside the radio.
 
+use control::protocol::frame::BAUD;
 use control::protocol::lockstep::Target;
 use control::protocol::radio::Reset;
 use esp_hal::analog::adc::AdcCalLine;
@@ -27,9 +28,6 @@ pub type Calibration = AdcCalLine<ADC1<'static>>;
 
 /// The bridge's enable pin.
 pub(super) const ENABLE: u8 = 27;
-
-/// Highest rate that the USB bridges of common boards keep (CP2102: 921600 Bd, data sheet).
-const BAUD: u32 = 921_600;
 
 pub(super) fn robot(p: Peripherals) -> Robot {
     Robot {
