@@ -2,6 +2,7 @@
 
 use core::f32::consts::{PI, TAU};
 
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::Limits;
@@ -9,7 +10,7 @@ use crate::supervisor::{Event, Fault};
 
 /// A command. Angles in rad, counter-clockwise positive, 0 in the middle of the potentiometer's gap; speeds in rad/s,
 /// counter-clockwise positive (the thesis's sign for the actuation frequency is converted at the edge, on the host).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Command {
     /// Bridge off, ready.
     Idle,
@@ -45,7 +46,7 @@ pub enum Command {
 }
 
 /// How the oscillator drives a stroke.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub enum Stroke {
     /// Full voltage, reversed a predicted stopping distance before the bound.
     #[default]
@@ -55,7 +56,7 @@ pub enum Stroke {
 }
 
 /// A field of a command, as refusals name it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Field {
     /// Target speed with its sign.
     Omega,
@@ -88,7 +89,7 @@ impl core::fmt::Display for Field {
 }
 
 /// Why a command is refused. The robot goes on with what it does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Refusal {
     /// A field is not a finite number.
     NonFinite {
@@ -110,6 +111,16 @@ pub enum Refusal {
     Faulted(Fault),
     /// The cause of the fault is still there.
     CausePersists(Fault),
+    /// Only with the bridge off.
+    Driving,
+    /// The flash is being written: once more in a second.
+    Saving,
+    /// There is no such parameter.
+    NoParameter,
+    /// Outside the parameter's range, or at odds with another one.
+    Parameter,
+    /// The flash did not keep it.
+    NotKept,
 }
 
 impl core::fmt::Display for Refusal {
@@ -121,6 +132,13 @@ impl core::fmt::Display for Refusal {
             }
             Self::Faulted(fault) => write!(f, "refused after the fault {fault:?}: clear it first"),
             Self::CausePersists(fault) => write!(f, "the cause of the fault {fault:?} persists"),
+            Self::Driving => f.write_str("not while the motor is driven: stop it first"),
+            Self::Saving => f.write_str("the flash is being written: try again in a second"),
+            Self::NoParameter => f.write_str("there is no such parameter"),
+            Self::Parameter => f.write_str("the value is outside the parameter's range, or at odds with another one"),
+            Self::NotKept => {
+                f.write_str("the flash did not keep it: the partition is missing, or the flash is worn out")
+            }
         }
     }
 }

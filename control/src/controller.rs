@@ -111,6 +111,12 @@ impl Controller {
         Ok(controller)
     }
 
+    /// State of the supervisor.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.supervisor.state()
+    }
+
     /// The parameters that it runs on.
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
@@ -152,6 +158,25 @@ impl Controller {
             self.command = command;
             self.enter(before);
         }
+        Ok(())
+    }
+
+    /// A sign of life of whoever drives, of the time `time_us` on the samples' clock: what was commanded last counts on. One
+    /// that is older than the last changes nothing.
+    pub fn heartbeat(&mut self, time_us: u64) {
+        let age = seconds(self.sampled_us.map_or(0, |now| now.saturating_sub(time_us)));
+        if age < self.age {
+            self.age = age;
+        }
+    }
+
+    /// Goes on with other parameters: from the next tick on, whatever the state.
+    ///
+    /// # Errors
+    /// What [`Parameters::check`] finds; it goes on with those that it has.
+    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), ParameterError> {
+        parameters.check()?;
+        self.parameters = *parameters;
         Ok(())
     }
 
@@ -210,6 +235,7 @@ impl Controller {
         let (verdict, line) = self.observe(sample, reading, elapsed);
         self.supervise(sample, reading, verdict, line, elapsed);
         self.actuate(sample, elapsed);
+        self.slow_down_alone();
         if !is_sound(&self.estimator.estimate(), self.actuation) {
             self.lose();
             self.actuation = Actuation::OFF;
@@ -389,6 +415,16 @@ impl Controller {
         let Drive { duty, saturated } = drive::invert(&p.bridge, &p.motor, voltage, x.speed, supply);
         self.actuation = Actuation { duty, enable: true };
         self.saturated = saturated;
+    }
+
+    /// Without a sign of life the duty fades to zero, at which the bridge shorts the motor and so brakes it, until the age is
+    /// that of a fault. Whatever the mode: this needs no angle and no model.
+    fn slow_down_alone(&mut self) {
+        let limits = &self.parameters.supervisor;
+        let (slow_after, off_after) = (limits.slow_after, limits.command_old.limit);
+        if self.age > slow_after && off_after > slow_after {
+            self.actuation.duty *= clamp((off_after - self.age) / (off_after - slow_after), 0.0, 1.0);
+        }
     }
 
     /// P on a moving average of the readings, wherever they come from, and no drop inverted: for comparison.

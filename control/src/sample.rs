@@ -1,13 +1,14 @@
 //! What enters and leaves a tick.
 
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// A raw conversion of the ADC, in counts of its least significant bit (12 bit on the ESP32).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize, Schema)]
 pub struct AdcCode(pub u16);
 
 /// What the robot measured at one tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub struct Sample {
     /// Time of the angle conversion, µs since boot. Must not go backwards.
     pub time_us: u64,
@@ -18,7 +19,7 @@ pub struct Sample {
 }
 
 /// What the bridge is told until the next tick.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Actuation {
     /// Share of the bridge's supply, −1 … 1, positive turns the shaft counter-clockwise.
     pub duty: f32,

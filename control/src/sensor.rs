@@ -6,6 +6,7 @@
 use core::f32::consts::TAU;
 
 use micromath::F32Ext;
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::angle::wrap;
@@ -22,7 +23,7 @@ pub const HARMONICS: usize = 6;
 const PLAY_SPEED: f32 = 5.0;
 
 /// A point of the nominal curve.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Knot {
     /// Code.
     pub code: f32,
@@ -31,7 +32,7 @@ pub struct Knot {
 }
 
 /// Amplitudes of one harmonic of the correction, rad.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Harmonic {
     /// Of cos kφ.
     pub cos: f32,
@@ -40,7 +41,7 @@ pub struct Harmonic {
 }
 
 /// The sensor as the design knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct SensorMap {
     /// φ(code), straight between knots whose codes increase.
     pub knots: [Knot; KNOTS],
@@ -157,7 +158,7 @@ impl SensorMap {
         self.blind_to - self.blind_from
     }
 
-    /// Refuses a map that is no function of the code.
+    /// Refuses a map that is no function of the code. The edge margin's range is in [`crate::parameters::table`].
     ///
     /// # Errors
     /// The first entry that is not finite or out of its range, by name.
@@ -189,7 +190,6 @@ impl SensorMap {
         range("sensor.lowest_code", f32::from(self.lowest_code), 0.0, f32::from(self.highest_code))?;
         range("sensor.blind_from", self.blind_from, -0.5 * TAU, 0.0)?;
         range("sensor.blind_to", self.blind_to, 0.0, 0.5 * TAU)?;
-        range("sensor.edge_margin", self.edge_margin, 0.0, 0.5)?;
         range("sensor.half_play", self.half_play, 0.0, 0.1)
     }
 }

@@ -1,12 +1,13 @@
 //! The safety state machine: one table says what every command and every fault does in every state, another what is
 //! watched for. A fault ends with the bridge off and stays until `ClearFault`, and only once its cause is gone.
 
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::{Supervisor as Limits, Watch};
 
 /// State of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub enum State {
     /// Bridge off, ready.
     #[default]
@@ -28,7 +29,7 @@ pub enum State {
 }
 
 /// Cause of a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Fault {
     /// Driven hard, and the shaft does not turn.
     Stall,
@@ -70,6 +71,14 @@ pub enum Event {
     Clear,
     /// A fault was found.
     Fault,
+}
+
+impl Event {
+    /// Whether it asks for a state in which the bridge may drive.
+    #[must_use]
+    pub fn drives(self) -> bool {
+        matches!(self, Self::Speed | Self::Oscillate | Self::Position | Self::Duty)
+    }
 }
 
 /// Entry of the table.
@@ -278,6 +287,7 @@ mod tests {
         sensor_shorted: WATCH,
         sensor_frozen: WATCH,
         supply_low: WATCH,
+        slow_after: 0.5,
         command_old: WATCH,
         clock: WATCH,
         driven_duty: 0.5,

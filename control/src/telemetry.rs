@@ -1,12 +1,13 @@
 //! What the controller tells about itself.
 
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::sample::Actuation;
 use crate::supervisor::{Fault, State};
 
 /// One tick, as the controller sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Telemetry {
     /// Time of the sample, µs.
     pub time_us: u64,

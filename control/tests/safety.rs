@@ -254,9 +254,9 @@ fn refused(change: impl Fn(&mut Parameters)) -> Option<ParameterError> {
 fn limits_that_contradict_each_other_are_refused() {
     assert_eq!(refused(|_| {}), None);
     let runaway = refused(|p| p.supervisor.runaway.limit = p.limits.speed).unwrap();
-    assert!(runaway.to_string().contains("supervisor.runaway.limit"), "{runaway}");
+    assert!(runaway.to_string().contains("controller.supervisor.runaway_rad_per_s"), "{runaway}");
     let old = refused(|p| p.supervisor.command_old.bound = 0.4).unwrap();
-    assert!(old.to_string().contains("supervisor.command_old.bound"), "{old}");
+    assert!(old.to_string().contains("controller.supervisor.command_bound_s"), "{old}");
     for index in 0..3 {
         let knots = refused(|p| p.sensor.knots[index].code = 5000.0).unwrap();
         assert!(knots.to_string().contains("sensor.knots"), "{knots}");

@@ -12,6 +12,26 @@ pub fn write_atomically<E: From<std::io::Error>>(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> Result<(), E>,
 ) -> Result<(), E> {
+    // What a plain create would give; the process's umask still applies.
+    write_with_mode(path, 0o666, fill)
+}
+
+/// [`write_atomically`], and on Unix only the user can read the file, from its beginning on.
+///
+/// # Errors
+/// Whatever the file system or `fill` says.
+pub fn write_atomically_private<E: From<std::io::Error>>(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> Result<(), E>,
+) -> Result<(), E> {
+    write_with_mode(path, 0o600, fill)
+}
+
+fn write_with_mode<E: From<std::io::Error>>(
+    path: &Path,
+    mode: u32,
+    fill: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> Result<(), E>,
+) -> Result<(), E> {
     let directory = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -22,9 +42,10 @@ pub fn write_atomically<E: From<std::io::Error>>(
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // What a plain create would give; the process's umask still applies.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+        builder.permissions(std::fs::Permissions::from_mode(mode));
     }
+    #[cfg(not(unix))]
+    let _ = mode;
     let mut file = builder.tempfile_in(directory)?;
     let mut buffered = BufWriter::new(file.as_file_mut());
     fill(&mut buffered)?;

@@ -3,6 +3,7 @@
 mod checks;
 mod controller;
 mod effects;
+mod radio;
 mod sensor;
 
 use std::path::Path;
@@ -14,6 +15,7 @@ pub use effects::{
     BatterySag, CoulombFriction, DriverDeadband, DriverDrop, Effects, GravityTilt, LoadFriction, SensorDelay,
     SensorNonlinearity, StribeckFriction,
 };
+pub use radio::Radio;
 pub use sensor::{Adc, Correction, Encoder, InGap, Potentiometer, Sensor};
 
 use crate::error::{DescriptionError, Problem};
@@ -50,6 +52,8 @@ table! {
         supply: Supply,
         /// The angle sensor.
         sensor: Sensor,
+        /// The radio link, as it is simulated; missing where no link is.
+        radio: Option<Radio>,
         /// Controller design and limits; missing for a rig that is only diagnosed.
         controller: Option<Controller>,
         /// The effects that the model has.

@@ -121,8 +121,8 @@ fn unknown_field() {
     says(
         "[load]",
         "[wheel]\n[load]",
-        "bench.toml:13: wheel: unknown field; allowed are name, summary, motor, load, driver, supply, sensor, controller, \
-         effects",
+        "bench.toml:13: wheel: unknown field; allowed are name, summary, motor, load, driver, supply, sensor, radio, \
+         controller, effects",
     );
 }
 
@@ -384,4 +384,57 @@ fn the_diagnostic_shows_the_line() {
     assert!(shown.contains("bench.toml:5:"), "{shown}");
     assert!(shown.contains("5 │ resistance_ohm = { value = 15000"), "{shown}");
     assert!(shown.contains("motor.resistance_ohm.value"), "{shown}");
+}
+
+/// The small file with the default robot's `[radio]`, changed in one place.
+#[track_caller]
+fn radio_says(from: &str, to: &str, expected: &str) {
+    let default = include_str!("../../robot.toml");
+    let radio: Vec<&str> =
+        default.lines().skip_while(|line| *line != "[radio]").take_while(|line| !line.is_empty()).collect();
+    let text = format!("{BENCH}\n{}\n", radio.join("\n"));
+    Robot::parse(&text, "bench.toml").expect("unchanged it is a robot");
+    assert_eq!(text.matches(from).count(), 1, "the change must hit one place");
+    let error =
+        Robot::parse(&text.replacen(from, to, 1), "bench.toml").expect_err("the file must be refused").to_string();
+    assert!(error.ends_with(expected), "{error}");
+}
+
+#[test]
+fn a_radio_that_cannot_be() {
+    radio_says(
+        "channel = { value = 1,",
+        "channel = { value = 1.5,",
+        ": radio.channel: must be a whole number; write it without a fraction",
+    );
+    radio_says(
+        "unicast_bit_per_s = { value = 6e6,",
+        "unicast_bit_per_s = { value = 5e6,",
+        ": radio.unicast_bit_per_s: is no bit rate of 802.11b or 802.11g; write 1e6, 2e6, 5.5e6, 11e6 (802.11b), 6e6, 9e6, \
+         12e6, 18e6, 24e6, 36e6, 48e6 or 54e6 (802.11g)",
+    );
+    radio_says(
+        "unicast_bit_per_s = { value = 6e6, low = 1e6, high = 6e6,",
+        "unicast_bit_per_s = { value = 6, low = 6, high = 6,",
+        "radio.unicast_bit_per_s.high: 6 is outside the allowed 1e6 … 5.4e7 bit/s; if it is in Mbit/s, write 6e6 bit/s",
+    );
+}
+
+#[test]
+fn a_radio_that_contradicts_itself() {
+    radio_says(
+        "tail_least_s = { value = 5e-3, low = 1e-3, high = 10e-3",
+        "tail_least_s = { value = 50e-3, low = 1e-3, high = 50e-3",
+        ": radio.tail_least_s: must not be above tail_most_s; compare the two values",
+    );
+    radio_says(
+        "burst_loss_share = { value = 0.9, low = 0.5,",
+        "burst_loss_share = { value = 0.005, low = 0.0,",
+        ": radio.loss_share: must not be above burst_loss_share; compare the two values",
+    );
+    radio_says(
+        "loss_share = { value = 0.01, low = 0.001, high = 0.03,",
+        "loss_share = { value = 0.0001, low = 0.0, high = 0.03,",
+        ": radio.quiet_loss_share: must not be above loss_share; compare the two values",
+    );
 }

@@ -11,7 +11,9 @@ use esp_storage::{FlashStorage, FlashStorageError};
 use crate::{board, watchdog};
 
 /// Label of the parameters' partition in partitions.csv.
-const PARTITION: &str = "params";
+pub const PARAMETERS: &str = "params";
+/// Label of the pairing's partition.
+pub const PAIRING: &str = "pairing";
 /// Bytes at a time: a page of the flash, so that interrupts wait for no more than that (W25Q32JV: 0.4 ms, at most 3 ms).
 const CHUNK: usize = 256;
 
@@ -44,12 +46,12 @@ impl Flash {
         Self(FlashStorage::new(flash))
     }
 
-    /// Where the parameters are, from the flash's partition table. `None`: it has no such partition; it was flashed
-    /// without this project's partitions.csv.
-    pub fn parameters(&mut self) -> Option<Range<u32>> {
+    /// Where a partition is, from the flash's partition table. `None`: it has no such partition; it was flashed without
+    /// this project's partitions.csv.
+    pub fn partition(&mut self, label: &str) -> Option<Range<u32>> {
         let mut buffer = Chunk([0; PARTITION_TABLE_MAX_LEN]);
         let table = read_partition_table(&mut self.0, &mut buffer.0).ok()?;
-        let found = table.iter().find(|partition| partition.label_as_str() == PARTITION)?;
+        let found = table.iter().find(|partition| partition.label_as_str() == label)?;
         Some(found.offset()..found.offset().checked_add(found.len())?)
     }
 }

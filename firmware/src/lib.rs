@@ -12,6 +12,7 @@ pub mod flash;
 pub mod led;
 pub mod panic;
 pub mod radio;
+pub mod random;
 pub mod reset;
 pub mod tick;
 pub mod watchdog;

@@ -1,9 +1,10 @@
-//! Why the processor started.
+//! Why the processor started, and how it is made to start again.
 
 use control::protocol::radio::Reset;
 use esp_hal::ram;
 use esp_hal::rtc_cntl::SocResetReason;
 use portable_atomic::{AtomicU32, Ordering};
+use shell::board::Restart;
 
 use crate::board;
 
@@ -41,5 +42,19 @@ fn plain(reason: SocResetReason) -> Reset {
         | SocResetReason::SysRtcWdt => Reset::Watchdog,
         SocResetReason::SysBrownOut => Reset::BrownOut,
         other => board::special_reset(other),
+    }
+}
+
+/// A reset that firmware asks for.
+pub struct SoftwareReset;
+
+impl Restart for SoftwareReset {
+    fn restart(&mut self) -> ! {
+        board::cut_bridge();
+        // The control loop is an interrupt, and could close the bridge again.
+        // SAFETY: interrupts are never enabled again, the chip resets.
+        let _ = unsafe { critical_section::acquire() };
+        board::cut_bridge();
+        esp_hal::system::software_reset()
     }
 }

@@ -11,6 +11,23 @@ pub enum Fault {
     SensorShortHigh,
     /// The converter repeats its last code.
     SensorFrozen,
+    /// The wiper's contact is bad: it bounces for longer than the conversions of a tick, so that all of them read it wrong
+    /// together.
+    SensorNoisy {
+        /// Standard deviation, share of the scale.
+        share: f64,
+    },
+    /// The wiper's reading drifts: its line leaks, or its fastening slips.
+    SensorDrifting {
+        /// Share of the scale in a second.
+        share_per_s: f64,
+    },
+    /// The element's supply is too high: every voltage of the wiper is greater by this factor, and the upper ones are above
+    /// the converter's range.
+    AdcSaturated {
+        /// Supply against what it should be.
+        factor: f64,
+    },
     /// The shaft is blocked where it stands.
     Stalled,
     /// The motor's leads are swapped: every correction makes it worse (runaway).
@@ -30,12 +47,17 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Every fault, those with a parameter at a value that any LiPo robot must refuse to drive on.
-    pub const ALL: [Self; 9] = [
+    /// Every fault. Supplies have values that any LiPo robot must refuse to drive on; a bad contact is noisy by three times
+    /// what the reading of a healthy sensor is wrong by, a drift is a tenth of the scale in a second (estimates); the
+    /// element of a saturated converter is fed with 5 V instead of 3.3 V.
+    pub const ALL: [Self; 12] = [
         Self::SensorOpen,
         Self::SensorShortLow,
         Self::SensorShortHigh,
         Self::SensorFrozen,
+        Self::SensorNoisy { share: 0.03 },
+        Self::SensorDrifting { share_per_s: 0.1 },
+        Self::AdcSaturated { factor: 5.0 / 3.3 },
         Self::Stalled,
         Self::MotorReversed,
         Self::MotorOpen,
@@ -51,6 +73,9 @@ impl Fault {
             Self::SensorShortLow => "sensor-short-low",
             Self::SensorShortHigh => "sensor-short-high",
             Self::SensorFrozen => "sensor-frozen",
+            Self::SensorNoisy { .. } => "sensor-noisy",
+            Self::SensorDrifting { .. } => "sensor-drifting",
+            Self::AdcSaturated { .. } => "adc-saturated",
             Self::Stalled => "stalled",
             Self::MotorReversed => "motor-reversed",
             Self::MotorOpen => "motor-open",
@@ -67,18 +92,26 @@ impl Fault {
 }
 
 /// What has happened to the angle sensor's line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Line {
     Open,
     Low,
     High,
     Frozen,
+    /// Standard deviation, share of the scale.
+    Noisy(f64),
+    /// Share of the scale in a second.
+    Drifting(f64),
+    /// Voltages against what they should be.
+    Scaled(f64),
 }
 
 /// The faults in force, and those still to come.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(crate) struct Faults {
     pub line: Option<Line>,
+    /// How far the reading has drifted, share of the scale.
+    pub drifted: f64,
     pub stalled: bool,
     pub reversed: bool,
     pub motor_open: bool,
@@ -96,11 +129,23 @@ impl Faults {
             Fault::SensorShortLow => self.line = Some(Line::Low),
             Fault::SensorShortHigh => self.line = Some(Line::High),
             Fault::SensorFrozen => self.line = Some(Line::Frozen),
+            Fault::SensorNoisy { share } => self.line = Some(Line::Noisy(share)),
+            Fault::SensorDrifting { share_per_s } => {
+                (self.line, self.drifted) = (Some(Line::Drifting(share_per_s)), 0.0);
+            }
+            Fault::AdcSaturated { factor } => self.line = Some(Line::Scaled(factor)),
             Fault::Stalled => self.stalled = true,
             Fault::MotorReversed => self.reversed = true,
             Fault::MotorOpen => self.motor_open = true,
             Fault::BatteryLow { open_circuit_v } => self.open_circuit_v = Some(open_circuit_v),
             Fault::RailLow { rail_v } => self.rail_v = Some(rail_v),
+        }
+    }
+
+    /// Time passes, s.
+    pub fn advance(&mut self, seconds: f64) {
+        if let Some(Line::Drifting(share_per_s)) = self.line {
+            self.drifted += share_per_s * seconds;
         }
     }
 

@@ -3,7 +3,8 @@
 //! A [`SimulatedRobot`] is a value: cloned, sent to threads, and the same bits from the same seed. It hands out
 //! [`control::Sample`]s and takes [`control::Actuation`]s, one a control period. SI units and radians, angles
 //! counter-clockwise positive, shaft angle 0 in the middle of the potentiometer's gap, motor values at the output shaft.
-//! Nothing in here may touch a clock, a file, global state or randomness that does not come from the seed.
+//! A [`radio::Air`] carries frames between robots and a console. Nothing in here may touch a clock, a file, global state or
+//! randomness that does not come from the seed.
 //!
 //! ```
 //! # fn run(file: &description::robot::Robot) {
@@ -24,6 +25,7 @@ mod history;
 pub mod linearity;
 pub mod plant;
 pub mod potentiometer;
+pub mod radio;
 pub mod random;
 pub mod robot;
 pub mod shaft;

@@ -33,6 +33,27 @@ pub enum Source {
     Encoder,
     /// A specimen's spread around the file's values.
     Variation,
+    // The number of a source is part of its seed: new ones stand at the end.
+    /// How long the radio's software takes, and its backoff.
+    RadioHandling,
+    /// Which frames are in the radio's tail, and how long.
+    RadioTail,
+    /// Which of the radio's callbacks are late, and how late.
+    RadioCallback,
+    /// Which tries of the radio are lost.
+    RadioLoss,
+    /// Fading of the radio's signal.
+    RadioFading,
+    /// Which of the radio's frames arrive twice.
+    RadioDuplicate,
+    /// Which of the radio's frames are held back.
+    RadioReorder,
+    /// Which of the radio's frames arrive with wrong bits, and which bits.
+    RadioCorruption,
+    /// What an attacker sends.
+    SecondTalker,
+    /// A bad contact of the wiper.
+    BadContact,
 }
 
 /// One stream of random numbers.

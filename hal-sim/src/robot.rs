@@ -113,6 +113,7 @@ pub struct SimulatedRobot {
     history: History,
     battery: Option<BatteryReading>,
     faults: Faults,
+    bad_contact: Stream,
     last_code: u16,
     tick: u64,
 }
@@ -154,6 +155,7 @@ impl SimulatedRobot {
             history: History::new(angle, reach.ceil() as usize + 1),
             battery: BatteryReading::new(robot, seed),
             faults: Faults::default(),
+            bad_contact: Stream::new(seed, Source::BadContact),
             last_code: 0,
             tick: 0,
         };
@@ -220,6 +222,7 @@ impl SimulatedRobot {
             self.history.push(seen);
         }
         self.supply.end_period(self.tick_s);
+        self.faults.advance(self.tick_s);
         self.tick += 1;
     }
 
@@ -313,12 +316,22 @@ impl SimulatedRobot {
     fn convert_angle(&mut self) -> (u16, f64) {
         let (line, delay, history) = (self.faults.line, self.delay_s, &self.history);
         let step = self.stepper.step();
+        let (factor, offset) = match line {
+            Some(Line::Noisy(share)) => (1.0, share * self.bad_contact.normal()),
+            Some(Line::Drifting(_)) => (1.0, self.faults.drifted),
+            Some(Line::Scaled(factor)) => (factor, 0.0),
+            _ => (1.0, 0.0),
+        };
         match &mut self.sensor {
             AngleSensor::Digital(digital) => {
+                let top = f64::from(digital.scale.top_code);
                 let code = match line {
                     Some(Line::Low) => 0,
                     Some(Line::High | Line::Open) => digital.scale.top_code,
-                    Some(Line::Frozen) | None => digital.code(history.angle(delay / step)),
+                    _ => {
+                        let code = f64::from(digital.code(history.angle(delay / step)));
+                        (factor * code + offset * top).round().clamp(0.0, top) as u16
+                    }
                 };
                 (code, 0.0)
             }
@@ -328,7 +341,10 @@ impl SimulatedRobot {
                 adc.sample(|instant| match line {
                     Some(Line::Low) => 0.0,
                     Some(Line::High) => supply_v,
-                    _ => potentiometer.voltage(history.angle((delay - instant) / step), line == Some(Line::Open)),
+                    _ => {
+                        let angle = history.angle((delay - instant) / step);
+                        factor * potentiometer.voltage(angle, line == Some(Line::Open)) + offset * supply_v
+                    }
                 })
             }
         }

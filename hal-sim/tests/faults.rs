@@ -3,7 +3,7 @@
 mod common;
 
 use common::{default_robot, drive, quiet_robot};
-use control::Sample;
+use control::{Actuation, Sample};
 use hal_sim::{Fault, Settings, SimulatedRobot, Truth};
 
 fn run(robot: &mut SimulatedRobot, ticks: usize) -> Vec<(Sample, Truth)> {
@@ -68,6 +68,55 @@ fn a_frozen_converter_repeats_itself_while_the_shaft_turns() {
     let run = after(Fault::SensorFrozen);
     assert!(run.iter().all(|(sample, _)| sample.angle == run[0].0.angle));
     assert!(run[499].1.angle - run[0].1.angle > 5.0);
+}
+
+/// Readings from 0.1 s on of a shaft that stands on the track, with and without a fault.
+fn at_rest(fault: Fault) -> Vec<(f64, f64)> {
+    let settings = Settings { start_angle: Some(1.5), ..Settings::default() };
+    let mut healthy = SimulatedRobot::with(&quiet_robot(), 6, &settings);
+    let mut broken = healthy.clone();
+    broken.schedule(fault, 0.1);
+    let read = |robot: &mut SimulatedRobot| {
+        let code = f64::from(robot.sample().angle.0);
+        robot.advance(Actuation::OFF);
+        code
+    };
+    let pairs: Vec<_> = (0..600).map(|_| (read(&mut healthy), read(&mut broken))).collect();
+    assert!(pairs[..100].iter().all(|(healthy, broken)| healthy == broken), "{}: too early", fault.name());
+    pairs[100..].to_vec()
+}
+
+#[test]
+fn a_bad_contact_adds_noise_of_its_size_and_no_offset() {
+    let pairs = at_rest(Fault::SensorNoisy { share: 0.03 });
+    let errors: Vec<f64> = pairs.iter().map(|(healthy, broken)| (broken - healthy) / 4095.0).collect();
+    let count = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / count;
+    let deviation = (errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count).sqrt();
+    // The converter's range ends below the supply: a share of the supply is a little more of its codes.
+    assert!((0.025..0.045).contains(&deviation), "{deviation}");
+    assert!(mean.abs() < 0.006, "{mean}");
+    let alike = errors.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    assert!(alike < 20, "every tick has its own: {alike} repeated");
+}
+
+#[test]
+fn a_drifting_reading_leaves_at_its_rate() {
+    let pairs = at_rest(Fault::SensorDrifting { share_per_s: 0.2 });
+    let off = |index: usize| (pairs[index].1 - pairs[index].0) / 4095.0;
+    assert!(off(0).abs() < 0.002, "{}", off(0));
+    let (half, whole) = (off(200), off(400));
+    assert!((0.03..0.06).contains(&half), "0.04 of the scale after 0.2 s: {half}");
+    assert!((whole / half - 2.0).abs() < 0.15, "{half}, {whole}");
+}
+
+#[test]
+fn a_supply_that_is_too_high_saturates_the_converter_for_a_part_of_the_turn() {
+    let run = after(Fault::AdcSaturated { factor: 5.0 / 3.3 });
+    let saturated = run.iter().filter(|(sample, _)| sample.angle.0 == 4095).count() as f64 / run.len() as f64;
+    assert!((0.3..0.8).contains(&saturated), "{saturated} of the readings");
+    let pairs = at_rest(Fault::AdcSaturated { factor: 1.2 });
+    assert!(pairs.iter().all(|(healthy, broken)| (broken / healthy - 1.2).abs() < 0.1), "{:?}", pairs[0]);
 }
 
 #[test]

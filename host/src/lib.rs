@@ -1,4 +1,5 @@
 //! The library under the `scram` command.
+pub mod console;
 pub mod diagnose;
 pub mod edge;
 pub mod hil;
@@ -6,6 +7,7 @@ pub mod identify;
 pub mod link;
 pub mod plot;
 pub mod recording;
+pub mod replay;
 pub mod report;
 pub mod serial;
 pub mod sim;

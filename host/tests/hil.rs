@@ -46,7 +46,7 @@ struct Chip {
     /// Bytes of all kinds that the noise touched.
     touched: u32,
     /// What it says instead of its version.
-    version: u16,
+    version: u32,
     /// It is reset before this request.
     reset_before: Option<u32>,
 }

@@ -48,6 +48,7 @@ fn trace(order: Order, seconds: f64, at: impl Fn(f64) -> Tick) -> Trace {
         tick_s: TICK_S,
         ticks: (0..count).map(|i| at(i as f64 * TICK_S)).collect(),
         orders: vec![Given { at_s: 0.0, tick: 0, order, refusal: None }],
+        told: Vec::new(),
         faults: Vec::new(),
         parameters: parameters(),
     }

@@ -100,7 +100,7 @@ fn a_long_recording_is_thinned_by_whole_blocks() {
     for name in ["run.csv", "run.mcap"] {
         let path = directory.path().join(name);
         if name.ends_with("csv") { write_csv(&path, &written) } else { write_mcap(&path, &written) }.unwrap();
-        let loaded = load_with(&path, &ReadOptions { limit: 10_000, progress: false }).unwrap();
+        let loaded = load_with(&path, &ReadOptions { limit: 10_000, progress: false, robot: None }).unwrap();
         assert!(loaded.recording.len() <= 10_000);
         // 51 blocks at a stride of 8: blocks 0, 8, …, 48, all of them whole.
         assert_eq!((loaded.kept.rows, loaded.kept.stride, loaded.kept.kept), (50_500, 8, 7_000));
@@ -195,9 +195,14 @@ fn damaged_mcap_files() {
     let message = |name: &str, bytes: &[u8]| load(&write(directory.path(), name, bytes)).unwrap_err().to_string();
     assert_says(&message("empty.mcap", b""), &["the file is empty"]);
     assert_says(&message("text.mcap", b"t_s,duty,angle_rad\n0,0,0\n"), &["not an MCAP file"]);
-    for cut in [9, 100, 5_000, bytes.len() / 2, bytes.len() - 20] {
-        let text = message("cut.mcap", &bytes[..cut]);
-        assert_says(&text, &["cut.mcap"]);
+    for cut in [3, 9, 100] {
+        assert_says(&message("cut.mcap", &bytes[..cut]), &["cut.mcap", "cut off before its first sample"]);
+    }
+    for cut in [5_000, bytes.len() / 2, bytes.len() - 20] {
+        let path = write(directory.path(), "cut.mcap", &bytes[..cut]);
+        let loaded = load_with(&path, &ReadOptions::default()).unwrap();
+        assert_says(&loaded.notes.join(" "), &["the file has no end"]);
+        assert!(!loaded.recording.is_empty() && loaded.recording.len() as u64 == loaded.kept.rows);
     }
     let mut flipped = bytes.clone();
     flipped[200_000] ^= 1;

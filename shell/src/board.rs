@@ -1,8 +1,9 @@
-//! What a board gives the tasks. One file a board in `firmware/src/board/`, and one for the host in `shell/tests/`.
+//! What a board gives the tasks. One file a board in `firmware/src/board/`, and one for the host in `workbench/`.
 
+use control::protocol::secure::Nonce;
 use control::{Actuation, AdcCode};
 
-pub use control::protocol::dongle::{Address, Payload};
+pub use control::protocol::dongle::{Address, Payload, RadioKey};
 
 /// The analogue inputs. Codes are those of the converter's curve in the robot file, whatever the chip's own calibration.
 /// A conversion blocks for its few microseconds; should it never end, the watchdog ends it.
@@ -53,4 +54,25 @@ pub trait Sender {
     /// Sends and waits for the radio's acknowledgement; false without one. The future must be awaited to its end: a
     /// dropped one leaves the driver waiting for a callback that belongs to the next message.
     fn send(&mut self, to: &Address, payload: &[u8]) -> impl Future<Output = bool>;
+}
+
+/// ESP-NOW's own encryption, on the sending half.
+pub trait Encryption {
+    /// The primary master key; forgets everybody who was met.
+    fn primary(&mut self, key: &RadioKey);
+    /// From now on messages to and from an address are encrypted with its local master key; false where the radio's list is
+    /// full.
+    fn meet(&mut self, address: &Address, local: &RadioKey) -> bool;
+}
+
+/// The chip's source of randomness.
+pub trait Entropy {
+    /// What nobody can guess.
+    fn nonce(&mut self) -> Nonce;
+}
+
+/// The processor's reset.
+pub trait Restart {
+    /// Boots; the bridge is open from then on.
+    fn restart(&mut self) -> !;
 }

@@ -25,7 +25,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_io_async::{Read, Write};
 
-use crate::board::{Address, Payload, Received, Receiver, Sender};
+use crate::board::{Address, Encryption, Payload, RadioKey, Received, Receiver, Sender};
 
 /// Commands that wait for the radio: it takes some milliseconds for each.
 pub const SENDS: usize = 8;
@@ -42,10 +42,12 @@ const RETRY: Duration = Duration::from_millis(100);
 /// After a failed read: short, because a UART that has lost bytes fails, too, and more are coming.
 const READ_AGAIN: Duration = Duration::from_millis(1);
 
-struct Message {
-    number: u16,
-    to: Address,
-    payload: Payload,
+/// For the sending half of the radio, in the host's order.
+#[expect(clippy::large_enum_variant, reason = "there is no heap, and few exist at a time")]
+enum Job {
+    Send { number: u16, to: Address, payload: Payload },
+    Primary(RadioKey),
+    Meet { address: Address, local: RadioKey },
 }
 
 #[derive(Clone, Copy)]
@@ -58,7 +60,7 @@ type Queue<T, const N: usize> = Channel<CriticalSectionRawMutex, T, N>;
 
 /// Queues and counters of the dongle's tasks. For a `static`.
 pub struct Shared {
-    sends: Queue<Message, SENDS>,
+    jobs: Queue<Job, SENDS>,
     receptions: Queue<Received, RECEPTIONS>,
     answers: Queue<Answer, ANSWERS>,
     /// The host asked. One answer is enough where it asks again before that.
@@ -85,9 +87,10 @@ impl Shared {
             send_dropped: 0,
             answers_dropped: 0,
             bad_frames: 0,
+            not_met: 0,
         };
         Self {
-            sends: Channel::new(),
+            jobs: Channel::new(),
             receptions: Channel::new(),
             answers: Channel::new(),
             hello: Signal::new(),
@@ -110,12 +113,15 @@ impl Shared {
         });
     }
 
-    /// Queues what shall be sent, if there is room.
-    fn order(&self, message: Message) {
-        let number = message.number;
-        if self.sends.try_send(message).is_err() {
+    /// Queues what the radio shall do, if there is room. A key that finds none is not lost in silence: what is sent without it
+    /// is not acknowledged, and the host gives its keys again with the next session.
+    fn order(&self, job: Job) {
+        let number = if let Job::Send { number, .. } = &job { Some(*number) } else { None };
+        if self.jobs.try_send(job).is_err() {
             self.add(|c| &mut c.send_dropped);
-            self.answer(Answer { number, acknowledged: false });
+            if let Some(number) = number {
+                self.answer(Answer { number, acknowledged: false });
+            }
         }
     }
 
@@ -154,7 +160,7 @@ pub async fn run(
     from_host: impl Read,
     to_host: impl Write,
     receiver: impl Receiver,
-    sender: impl Sender,
+    sender: impl Sender + Encryption,
     identity: Identity,
     shared: &Shared,
 ) -> ! {
@@ -172,13 +178,22 @@ pub async fn hear(mut receiver: impl Receiver, shared: &Shared) -> ! {
     }
 }
 
-/// Sends the host's messages. Every send is awaited to its end.
-pub async fn send(mut sender: impl Sender, shared: &Shared) -> ! {
+/// Does with the radio what the host orders. Every send is awaited to its end.
+pub async fn send(mut sender: impl Sender + Encryption, shared: &Shared) -> ! {
     loop {
-        let Message { number, to, payload } = shared.sends.receive().await;
-        let acknowledged = sender.send(&to, &payload).await;
-        shared.add(|c| if acknowledged { &mut c.sent } else { &mut c.send_failed });
-        shared.answer(Answer { number, acknowledged });
+        match shared.jobs.receive().await {
+            Job::Send { number, to, payload } => {
+                let acknowledged = sender.send(&to, &payload).await;
+                shared.add(|c| if acknowledged { &mut c.sent } else { &mut c.send_failed });
+                shared.answer(Answer { number, acknowledged });
+            }
+            Job::Primary(key) => sender.primary(&key),
+            Job::Meet { address, local } => {
+                if !sender.meet(&address, &local) {
+                    shared.add(|c| &mut c.not_met);
+                }
+            }
+        }
     }
 }
 
@@ -202,7 +217,9 @@ fn take(deframer: &mut Deframer, byte: u8, shared: &Shared) {
     match deframer.push(byte) {
         None => {}
         Some(Err(_)) => shared.add(|c| &mut c.bad_frames),
-        Some(Ok(ToDongle::Send { number, to, payload })) => shared.order(Message { number, to, payload }),
+        Some(Ok(ToDongle::Send { number, to, payload })) => shared.order(Job::Send { number, to, payload }),
+        Some(Ok(ToDongle::Primary(key))) => shared.order(Job::Primary(key)),
+        Some(Ok(ToDongle::Meet { address, local })) => shared.order(Job::Meet { address, local }),
         Some(Ok(ToDongle::Hello)) => shared.hello.signal(()),
         Some(Ok(ToDongle::Count)) => shared.count.signal(()),
     }
@@ -262,6 +279,6 @@ impl<W: Write> Line<W> {
         self.to_host.write_all(self.buffer.get(..length).unwrap_or_default()).await.map_err(|_| Broken)?;
         // The driver has the whole frame: if this fails, it is not for us to count as dropped.
         let flushed = self.to_host.flush().await;
-        Ok(flushed.is_ok() && begun.elapsed() < STALL)
+        Ok(flushed.is_ok() && Instant::now().saturating_duration_since(begun) < STALL)
     }
 }

@@ -2,23 +2,24 @@
 
 #[expect(dead_code, reason = "the robot's other tests use the rest")]
 mod common;
-#[expect(dead_code, reason = "the parameter store's tests use the rest")]
-#[path = "store/nor_flash.rs"]
-mod nor_flash;
+#[path = "common/plain.rs"]
+mod plain;
 
-use std::collections::HashMap;
+use std::cell::RefCell;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::rc::Rc;
 use std::time::Instant;
 
-use common::bench::{Bench, PlainTick, Run, SETTINGS, plain, punctual, simulated};
-use common::journal::{Event, text};
-use common::radio::{Arrival, Script, console, numbered};
-use control::protocol::radio::{Batch, FromRobot, Reset, Source, decode};
-use control::{Command, Fault, Refusal, State, Stroke};
-use embassy_futures::block_on;
-use nor_flash::Flash;
-use shell::robot::boot;
-use shell::store;
+use common::{DRIVE, Frame, Run, SETTINGS, Trial, driving, give, until};
+use control::protocol::radio::{Answer, Reset, Source, ToRobot};
+use control::{Command, Controller, Fault, Parameters, Refusal, State, Stroke};
+use hal_sim::SimulatedRobot;
+use hal_sim::radio::Trouble;
+use plain::{PlainTick, heard, plain};
+use workbench::console::Console;
+use workbench::incident::Incident;
+use workbench::journal::{Event, text};
+use workbench::setup::{DONGLE, address};
 
 const SECONDS: f64 = 60.0;
 /// The motor's wire to the sensor breaks.
@@ -27,86 +28,99 @@ const SEED: u64 = 3;
 /// Half of three conversions.
 const MIDDLE_US: u64 = 55;
 
-/// A minute of commands: every mode, silence, a fault and its clearing; one message in twenty is lost, and at 46 s the
-/// radio is given 15 at once.
-fn script() -> Script {
-    let speed = |omega| Some(Command::Speed { omega });
-    let swing = Some(Command::Oscillate { from: -2.0, to: 1.0, style: Stroke::BangBang });
-    let orders = [
-        (0.4, Some(Command::Idle)),
-        (0.7, Some(Command::ClearFault)),
+/// An air that loses half of all tries: one frame in sixty, after six of them.
+const LOSSY: Trouble = Trouble {
+    loss_share: Some(0.5),
+    quiet_loss_share: Some(0.5),
+    burst_loss_share: Some(0.5),
+    burst_us: Some(0),
+    ..common::CALM
+};
+
+type Answers = Rc<RefCell<Vec<(f64, Option<Answer>)>>>;
+
+/// A minute of orders: every mode, silence, a fault and its clearing; at 46 s the robot's radio is given 15 frames at once.
+async fn script(console: Console, answers: Answers) {
+    let speed = |omega| Command::Speed { omega };
+    let swing = Command::Oscillate { from: -2.0, to: 1.0, style: Stroke::BangBang };
+    until(0.3).await;
+    console.begin().await;
+    for (at_s, command) in [
+        (0.4, Command::Idle),
+        (0.7, Command::ClearFault),
         (1.0, speed(44.0)),
         (10.0, speed(-44.0)),
         (15.0, swing),
-        (25.0, Some(Command::Position { angle: 1.0 })),
+        (25.0, Command::Position { angle: 1.0 }),
         (30.0, speed(f32::NAN)),
         (30.2, speed(40.0)),
-        (35.0, None),
         (37.0, speed(40.0)),
-        (37.2, Some(Command::ClearFault)),
+        (37.2, Command::ClearFault),
         (37.5, speed(40.0)),
-        (41.0, Some(Command::Coast)),
-        (41.2, speed(40.0)),
-        (49.0, Some(Command::Coast)),
+        (41.025, Command::Coast),
+        (41.3, speed(40.0)),
+        (49.0, Command::Coast),
         (49.3, speed(40.0)),
-        (55.0, Some(Command::ClearFault)),
+        (54.0, speed(40.0)),
+        (55.0, Command::ClearFault),
         (56.0, speed(40.0)),
-    ];
-    let mut script = console(&orders, SECONDS, 0.05, SEED);
-    script.extend((0..15).map(|_| (46_000_321, Command::Speed { omega: 40.0 }, false)));
-    script
+        (58.0, speed(40.0)),
+    ] {
+        until(at_s).await;
+        console.beat(true);
+        let answer = give(&console, command).await;
+        answers.borrow_mut().push((at_s, answer));
+        if at_s == 30.2 {
+            until(35.0).await;
+            console.beat(false);
+        }
+    }
 }
 
-/// Boots from parameters in flash that are not the factory's after a brown-out, and runs the script. From 40 to 42 s a message takes the
-/// radio 60 ms, from 43 to 44 s nothing is acknowledged.
-fn minute() -> (Bench, Vec<Arrival>) {
-    let arrivals = numbered(script());
-    let mut bench = Bench::new(SEED, arrivals.clone());
-    let mut stored = bench.settings.parameters;
+fn stored() -> Parameters {
+    let mut stored = SETTINGS.parameters;
     stored.motor.drag *= 1.1;
-    let mut flash = Flash::<4096>::blank(6);
-    let range = flash.range();
-    block_on(store::save(&mut flash, range.clone(), &bench.settings.parameters, &stored)).expect("the flash works");
-    let (about, controller) = block_on(boot(&mut flash, range, &bench.settings, Reset::BrownOut));
-    bench.about = about;
-    bench.controller = controller.expect("sound parameters");
-    assert_eq!(*bench.controller.parameters(), stored);
-    bench.robot.schedule(hal_sim::Fault::SensorOpen, BROKEN_S);
-    bench.fate = Box::new(|at_us| match at_us {
-        40_000_000..42_000_000 => (60_000, true),
-        43_000_000..44_000_000 => (1500, false),
-        _ => (1500, true),
-    });
-    (bench, arrivals)
+    stored
 }
 
-fn run_minute() -> (Run, Vec<PlainTick>, Vec<Arrival>) {
-    let (bench, arrivals) = minute();
-    let controller = bench.controller;
-    let run = bench.run(SECONDS);
-    let mut robot = simulated(SEED);
+fn simulated() -> SimulatedRobot {
+    let mut robot = SimulatedRobot::new(&common::ROBOT, SEED);
     robot.schedule(hal_sim::Fault::SensorOpen, BROKEN_S);
-    let plain = plain(controller, robot, MIDDLE_US, &heard(&run, &arrivals), run.actuations().len() as u64);
-    (run, plain, arrivals)
+    robot
 }
 
-/// When the receiving task took which command.
-fn heard(run: &Run, arrivals: &[Arrival]) -> Vec<(u64, Command)> {
-    let said: HashMap<u32, Command> =
-        arrivals.iter().map(|arrival| (arrival.number, decode(&arrival.payload).expect("a command").1)).collect();
-    let taken = run.events.iter();
-    taken
-        .filter_map(|(at, event)| if let Event::Heard(number) = event { Some((*at, said[number])) } else { None })
-        .collect()
+/// Boots from parameters in flash that are not the factory's after a brown-out, and runs the script. From 40 to 42 s a
+/// message takes the radio 60 ms more, from 43 s on nothing passes for 0.2 s.
+fn minute() -> (Run, Vec<(f64, Option<Answer>)>) {
+    let mut trial = Trial::new(SEED);
+    let robot = &mut trial.setup.robots[0];
+    (robot.simulated, robot.stored, robot.reset) = (simulated(), Some(stored()), Reset::BrownOut);
+    trial.air = LOSSY;
+    trial.incidents = vec![
+        (40_000_000, Incident::SlowRadio(0, 60_000)),
+        (42_000_000, Incident::SlowRadio(0, 0)),
+        (43_000_000, Incident::Air(Trouble { silence: true, ..LOSSY })),
+        (43_200_000, Incident::Air(LOSSY)),
+    ];
+    let answers = Answers::default();
+    let given = Rc::clone(&answers);
+    let run = trial.run(SECONDS, |console| script(console, given));
+    (run, answers.take())
+}
+
+fn run_minute() -> (Run, Vec<PlainTick>) {
+    let (run, _) = minute();
+    let controller = Controller::restarted(&stored()).expect("sound parameters");
+    let plain = plain(controller, simulated(), MIDDLE_US, &heard(&run), run.actuations().len() as u64);
+    (run, plain)
 }
 
 #[test]
 fn a_minute_takes_well_under_a_second_and_is_the_same_in_three_runs() {
     let mut first = String::new();
     for number in 1..=3 {
-        let (bench, _) = minute();
         let begun = Instant::now();
-        let run = bench.run(SECONDS);
+        let (run, _) = minute();
         let took = begun.elapsed();
         let log = text(&run.events);
         let mut hasher = DefaultHasher::new();
@@ -127,21 +141,20 @@ fn a_minute_takes_well_under_a_second_and_is_the_same_in_three_runs() {
 }
 
 #[test]
-fn the_shell_changes_no_decision_and_every_command_is_obeyed_in_the_next_tick() {
-    let (run, plain, arrivals) = run_minute();
+fn the_shell_changes_no_decision_and_every_order_is_obeyed_in_the_next_tick() {
+    let (run, plain) = run_minute();
     let actuations = run.actuations();
     assert_eq!(actuations.len(), 60_000);
     for (index, ((at_us, told), plain)) in actuations.iter().zip(&plain).enumerate() {
         assert_eq!(*told, plain.actuation, "tick {index} at {at_us} us");
     }
     // Nothing keeps the receiving task from taking a message but a tick's four conversions with their jitter.
-    let arrived: HashMap<u32, u64> = arrivals.iter().map(|arrival| (arrival.number, arrival.at_us)).collect();
     for (at_us, event) in &run.events {
-        if let Event::Heard(number) = event {
-            assert!(at_us - arrived[number] <= 148 + 100, "message {number} at {at_us}");
+        if let Event::Heard { arrived_us, .. } = event {
+            assert!(at_us - arrived_us <= 148 + 100, "{arrived_us} is taken at {at_us}");
         }
     }
-    let bound_s = f64::from(broken_bound_s());
+    let bound_s = f64::from(SETTINGS.parameters.supervisor.sensor_open.bound);
     let broken = (BROKEN_S * 1e6) as u64..55_000_000;
     let still_on = actuations.iter().filter(|(at, told)| broken.contains(at) && told.enable).map(|(at, _)| *at).max();
     let off_after_s = still_on.expect("it was driving") as f64 * 1e-6 - BROKEN_S;
@@ -152,15 +165,10 @@ fn the_shell_changes_no_decision_and_every_command_is_obeyed_in_the_next_tick() 
     assert!(driven > 40_000);
 }
 
-/// From a broken wire to the bridge off at the latest, s.
-fn broken_bound_s() -> f32 {
-    SETTINGS.parameters.supervisor.sensor_open.bound
-}
-
 #[test]
 fn telemetry_is_complete_and_says_what_the_controller_said() {
-    let (run, plain, _) = run_minute();
-    let sent: Vec<Batch> = run.sent().into_iter().filter_map(|sent| telemetry(sent.2)).collect();
+    let (run, plain) = run_minute();
+    let sent = run.batches();
     for batch in &sent {
         for (row, index) in batch.rows.iter().zip(batch.first_tick as usize..) {
             let said = &plain[index];
@@ -178,99 +186,81 @@ fn telemetry_is_complete_and_says_what_the_controller_said() {
     assert_eq!(gaps, run.counters.rows_dropped);
     assert!(!gaps.is_multiple_of(10), "a change of state makes a short message, which is dropped as well");
     assert!(gaps > 1000, "in 2 s at 60 ms a message most cannot be sent");
-    assert!(sent[0].first_tick < 460, "it begins with the first command");
+    assert!(sent[0].first_tick < 360, "it begins with the session");
     let last = sent.last().expect("some");
-    assert!(last.first_tick + last.rows.len() as u32 > 59_985, "and goes on to the end");
-}
-
-fn telemetry(message: FromRobot) -> Option<Batch> {
-    if let FromRobot::Telemetry(batch) = message { Some(batch) } else { None }
+    assert!(last.first_tick + last.rows.len() as u32 > 59_980, "and goes on to the end");
 }
 
 #[test]
 fn without_trouble_no_row_is_missing_and_at_most_a_hundred_and_one_messages_a_second_are_sent() {
-    let arrivals = numbered(console(&[(0.0, Some(Command::Speed { omega: 44.0 }))], 5.0, 0.0, 1));
-    let mut bench = Bench::new(1, arrivals);
-    bench.robot = punctual(1);
-    let run = bench.run(5.0);
+    let run = Trial::punctual(1).run(5.0, driving(5.0));
     let batches = run.batches();
     let mut next = batches[0].first_tick;
-    assert!(next < 10, "{next}");
+    assert!(next < 30, "{next}");
     for batch in &batches {
         assert_eq!(batch.first_tick, next);
         next += batch.rows.len() as u32;
     }
-    assert!(next >= 4990, "{next}");
+    assert!(next >= 4980, "{next}");
     let in_a_second = batches.iter().filter(|batch| (2000..3000).contains(&batch.first_tick)).count();
     assert!(in_a_second <= 101, "{in_a_second}");
     assert_eq!((run.counters.rows_dropped, run.counters.missed_deadlines, run.counters.lost), (0, 0, 0));
     assert_eq!(run.counters.ticks, 5000);
     assert_eq!((run.counters.shortest_period_us, run.counters.longest_period_us), (1000, 1000));
     assert_eq!(run.counters.longest_tick_us, 4 * 37);
+    // The console has all of it.
+    assert!(run.told.iter().all(|told| told.missing == 0));
+    assert_eq!(run.told.len(), run.messages().len());
 }
 
 #[test]
 fn the_minute_in_its_answers_statuses_and_counters() {
-    let (run, _, arrivals) = run_minute();
-    // A new command has an answer, and so has one of its repetitions where the outcome changes or a second has passed.
-    let said: HashMap<u32, String> = arrivals
-        .iter()
-        .map(|arrival| (arrival.number, format!("{:?}", decode::<Command>(&arrival.payload).expect("a command").1)))
-        .collect();
-    let answers = run.answers();
-    let mut answers: Vec<_> =
-        answers.iter().map(|(at_us, number, outcome)| (at_us / 100_000, &said[&u32::from(*number)], outcome)).collect();
-    answers.dedup_by(|after, before| {
-        let again = (after.1, after.2) == (before.1, before.2);
-        assert!(!again || after.0 - before.0 >= 9, "{before:?} {after:?}");
-        if again {
-            *before = *after;
-        }
-        again
-    });
-    let outcomes: Vec<_> = answers.into_iter().map(|(at, _, outcome)| (at, *outcome)).collect();
-    for answer in &outcomes {
-        println!("{:.1} s {:?}", answer.0 as f64 * 0.1, answer.1);
+    let (run, answers) = minute();
+    for (at_s, answer) in &answers {
+        println!("{at_s:.1} s {answer:?}");
     }
-    let refused: Vec<_> = outcomes.iter().filter_map(|(at, outcome)| outcome.err().map(|why| (*at, why))).collect();
+    let refused: Vec<_> = answers
+        .iter()
+        .filter_map(|(at_s, answer)| if let Some(Answer::Refused(why)) = answer { Some((*at_s, *why)) } else { None })
+        .collect();
     let non_finite = Refusal::NonFinite { name: control::Field::Omega };
     let expected = [
-        Refusal::Faulted(Fault::Restarted),
-        non_finite,
-        Refusal::Faulted(Fault::CommandTooOld),
-        Refusal::Faulted(Fault::SensorOpen),
+        (0.4, Refusal::Faulted(Fault::Restarted)),
+        (30.0, non_finite),
+        (37.0, Refusal::Faulted(Fault::CommandTooOld)),
+        (54.0, Refusal::Faulted(Fault::SensorOpen)),
         // Cleared at rest, and the wire is still broken.
-        Refusal::Faulted(Fault::SensorOpen),
+        (58.0, Refusal::Faulted(Fault::SensorOpen)),
     ];
-    assert_eq!(refused.iter().map(|(_, why)| *why).collect::<Vec<_>>(), expected);
-    assert_eq!(outcomes.iter().filter(|(_, outcome)| outcome.is_ok()).count(), 14);
+    assert_eq!(refused, expected);
+    assert_eq!(answers.iter().filter(|(_, answer)| *answer == Some(Answer::Done(None))).count(), 14);
+    assert_eq!(answers.len(), 19);
 
     let statuses = run.statuses();
-    assert!(statuses[0].0 < 1000, "at boot, after the first tick");
-    assert!((59..=61).contains(&statuses.len()), "{}", statuses.len());
+    assert!(matches!(run.sent()[..2], [(_, Frame::Welcome, _), ..]), "nobody has spoken before");
+    assert!((300_000..400_000).contains(&statuses[0].0), "at the beginning of the session: {}", statuses[0].0);
+    assert!((58..=61).contains(&statuses.len()), "{}", statuses.len());
     for (_, status) in &statuses {
         assert_eq!(
             (status.reset, status.parameters, status.name.as_str()),
             (Reset::BrownOut, Source::Stored, "scram-26")
         );
     }
-    assert!(run.sent()[0].1 == shell::robot::BROADCAST, "nobody has spoken yet");
-    assert!(run.sent().iter().skip(2).all(|sent| sent.1 == common::radio::HOST));
-
-    let heard = run.count(|event| matches!(event, Event::Heard(_)));
-    let overflowed = run.count(|event| *event == Event::Overflowed);
-    assert_eq!(overflowed, 5, "15 came at once, and the radio holds 10");
-    let all = u32::from((arrivals.last().expect("some").number as u16).wrapping_sub(arrivals[0].number as u16)) + 1;
-    assert_eq!(run.counters.received as usize, heard);
-    assert_eq!(run.counters.lost, all - run.counters.received, "lost on the air or in the queue");
-    assert!(run.counters.lost > 40 + overflowed as u32);
+    let orders = heard(&run);
+    assert_eq!(run.counters.received as usize, orders.len());
+    // Between the first and the last that came.
+    let position =
+        |order: &(u64, ToRobot)| run.said.iter().position(|said| said.order == order.1 && said.at_us <= order.0);
+    assert!(position(&orders[0]).is_some());
+    assert!(run.counters.lost > 5, "{}", run.counters.lost);
+    assert_eq!((run.counters.forged, run.counters.misunderstood, run.counters.outdated), (0, 0, 0));
     let sent = run.sent();
-    let acknowledged = sent.iter().filter(|sent| sent.3).count();
+    let acknowledged = sent.iter().filter(|(.., acknowledged)| *acknowledged).count();
     assert_eq!(
         (run.counters.sent as usize, run.counters.send_failed as usize),
         (acknowledged, sent.len() - acknowledged)
     );
-    assert!(run.counters.send_failed > 90);
+    assert!(run.counters.send_failed > 30, "{}", run.counters.send_failed);
     assert_eq!(run.count(|event| *event == Event::SendDropped), 0);
     assert_eq!(
         run.count(|event| *event == Event::Fed),
@@ -281,7 +271,7 @@ fn the_minute_in_its_answers_statuses_and_counters() {
 
 #[test]
 fn the_state_is_shown_by_the_led() {
-    let (run, plain, _) = run_minute();
+    let (run, plain) = run_minute();
     let lit = |at_us: u64| {
         let before = run.events.iter().take_while(|(time_us, _)| *time_us <= at_us);
         before.filter_map(|(_, event)| if let Event::Lit(on) = event { Some(*on) } else { None }).last()
@@ -310,23 +300,49 @@ fn after_any_reset_the_motor_stays_off_until_the_fault_is_cleared() {
         Reset::Other,
     ];
     for reset in resets {
-        // The console has not noticed: it goes on with the command that it holds.
-        let hold = Command::Speed { omega: 44.0 };
-        let orders = [(0.0, Some(hold)), (2.0, Some(Command::ClearFault)), (2.5, Some(hold))];
-        let mut bench = Bench::new(SEED, numbered(console(&orders, 4.0, 0.0, SEED)));
-        let mut flash = Flash::<4096>::blank(6);
-        let range = flash.range();
-        let (about, controller) = block_on(boot(&mut flash, range, &bench.settings, reset));
-        bench.about = about;
-        bench.controller = controller.expect("sound parameters");
-        let run = bench.run(4.0);
-        assert_eq!(run.statuses()[0].1.reset, reset);
-        let on = run.actuations().into_iter().filter(|(_, told)| told.enable).map(|(at_us, _)| at_us);
-        let (first, count) = (on.clone().min().expect("driven in the end"), on.count());
-        assert!((2_500_000..2_510_000).contains(&first), "{reset:?}: {first} us");
-        assert!(count > 1480, "{reset:?}: {count}");
-        let told = run.batches()[0].clone();
-        assert_eq!((told.state, told.fault), (State::Fault, Some(Fault::Restarted)), "{reset:?}");
-        assert_eq!(run.answers()[0].2, Err(Refusal::Faulted(Fault::Restarted)), "{reset:?}");
+        let mut trial = Trial::new(SEED);
+        trial.incidents = vec![(1_500_300, Incident::Boot(0, reset))];
+        let run = trial.run(4.0, |console| async move {
+            driving(4.0)(console.clone()).await;
+        });
+        assert!(run.last_on_us().is_some_and(|at_us| (1_499_000..1_501_000).contains(&at_us)), "{reset:?}");
+        // The console goes on in a session that the robot knows nothing of.
+        assert!(run.counters.forged > 30, "{reset:?}: {:?}", run.counters);
+        assert_eq!(run.counters.received, 0, "{reset:?}");
+
+        let mut trial = Trial::new(SEED);
+        trial.incidents = vec![(1_500_300, Incident::Boot(0, reset))];
+        let run = trial.run(4.0, |console| async move {
+            common::ready(&console).await;
+            assert_eq!(give(&console, DRIVE).await, Some(Answer::Done(None)));
+            until(2.0).await;
+            console.begin().await;
+            assert_eq!(give(&console, DRIVE).await, Some(Answer::Refused(Refusal::Faulted(Fault::Restarted))));
+            until(2.5).await;
+            assert_eq!(give(&console, Command::ClearFault).await, Some(Answer::Done(None)));
+            assert_eq!(give(&console, DRIVE).await, Some(Answer::Done(None)));
+        });
+        let on: Vec<u64> = run
+            .actuations()
+            .into_iter()
+            .filter(|(at, told)| *at > 1_501_000 && told.enable)
+            .map(|(at, _)| at)
+            .collect();
+        assert!((2_500_000..2_540_000).contains(&on[0]), "{reset:?}: {} us", on[0]);
+        assert!(on.len() > 1440, "{reset:?}: {}", on.len());
+        let told = run.statuses().into_iter().find(|(at_us, _)| *at_us > 1_600_000).expect("a status").1;
+        assert_eq!(told.reset, reset);
+        let first = run.told.iter().find(|told| told.at_us > 2_000_000).expect("a session");
+        assert!(first.telling.uptime_ms < 1000, "its clock begins anew");
     }
+}
+
+#[test]
+fn a_robot_that_is_paired_with_nobody_says_nothing() {
+    let mut trial = Trial::new(SEED);
+    trial.setup.robots[0].pairing = None;
+    let run = trial.run(2.0, |console| async move { console.begin().await });
+    assert_eq!(run.sent(), []);
+    assert!(run.arrivals(DONGLE).is_empty() && run.counters.ticks == 2000);
+    assert_ne!(address(0), DONGLE);
 }

@@ -5,31 +5,21 @@ mod common;
 
 use std::collections::HashSet;
 
-use common::bench::{Bench, Run, SETTINGS, punctual};
-use common::journal::{Event, Journal};
-use common::parts::{FOR_EVER, Hold, HostLed, HostParts, HostWatchdog, Written};
-use common::radio::{Arrival, console, numbered, radio};
-use common::time::World;
-use control::protocol::radio::{FromRobot, Reset, Source};
+use common::{DRIVE, Run, SETTINGS, Trial, driving, give, punctual, ready, until};
+use control::protocol::radio::{Answer, Do, FromRobot, Reset, ToRobot, What};
 use control::{Actuation, AdcCode, Command, Controller, State};
 use embassy_futures::join::join;
 use embassy_time::Timer;
 use shell::board::{Bridge, Converter, Watchdog};
-use shell::robot::{About, Parts, Settings, Shared, control_loop, led, receive, send};
-
-const DRIVE: Command = Command::Speed { omega: 44.0 };
-/// The watchdog's period in these tests, µs.
-const WATCHDOG_US: u64 = 100_000;
-
-/// A console that gives this command until a time.
-fn driven_until(until_s: f64) -> Vec<Arrival> {
-    numbered(console(&[(0.0, Some(DRIVE))], until_s, 0.0, 1))
-}
-
-/// On a robot without jitter, so that times are known to the microsecond.
-fn bench(seed: u64, arrivals: Vec<Arrival>) -> Bench {
-    Bench { robot: punctual(seed), ..Bench::new(seed, arrivals) }
-}
+use shell::robot::{Parts, Settings, Shared, Shown, control_loop, led};
+use std::cell::RefCell;
+use std::rc::Rc;
+use workbench::incident::Incident;
+use workbench::journal::{Detail, Event, Journal};
+use workbench::parts::{Board, Hold, Plant, StatusLed, WATCHDOG_US};
+use workbench::power::Power;
+use workbench::setup::DONGLE;
+use workbench::time::World;
 
 /// How long a tick takes: three conversions of the wiper, one of the cell.
 const TICK_US: u64 = 4 * 37;
@@ -45,26 +35,56 @@ fn periods(run: &Run, length: u64) -> HashSet<u64> {
 }
 
 #[test]
-fn the_bridge_is_off_within_the_bound_after_the_last_command_and_stays_off() {
-    let arrivals = driven_until(2.0);
-    let last_us = arrivals.last().expect("some").at_us;
-    let run = bench(2, arrivals).run(6.0);
-    let mut on = run.actuations().into_iter().filter(|(_, actuation)| actuation.enable).map(|(at_us, _)| at_us);
-    let silence_s = (on.next_back().expect("it drove") - last_us) as f64 * 1e-6;
-    let command_old = SETTINGS.parameters.supervisor.command_old;
-    println!("the bridge went off {silence_s:.3} s after the last command, at most {} s", command_old.bound);
-    assert!(silence_s < f64::from(command_old.bound));
-    assert!(silence_s > f64::from(command_old.limit) - 0.01, "and not before the command was too old");
-    let last = run.batches().pop().expect("telemetry goes on");
+fn after_the_last_sign_of_life_the_duty_fades_and_the_bridge_is_off_within_the_bound_and_stays_off() {
+    let run = Trial::punctual(2).run(6.0, driving(2.0));
+    let last_us = *run.arrivals(DONGLE).last().expect("some");
+    assert!((1_950_000..2_003_000).contains(&last_us), "{last_us}");
+    let supervisor = SETTINGS.parameters.supervisor;
+    let silence_s = |at_us: u64| (at_us as f64 - last_us as f64) * 1e-6;
+    let off_s = silence_s(run.last_on_us().expect("it drove"));
+    println!("the bridge went off {off_s:.3} s after the last frame, at most {} s", supervisor.command_old.bound);
+    assert!(off_s < f64::from(supervisor.command_old.bound));
+    assert!(
+        off_s > f64::from(supervisor.command_old.limit) - 0.03,
+        "and not before the link was too old: what the console had heard is as old"
+    );
+    let strongest = |from_s: f64, to_s: f64| {
+        let within = run.actuations().into_iter().filter(|(at_us, _)| (from_s..to_s).contains(&silence_s(*at_us)));
+        within.map(|(_, told)| told.duty.abs()).fold(0.0, f32::max)
+    };
+    let slow_s = f64::from(supervisor.slow_after);
+    assert!(strongest(0.0, slow_s) > 0.3, "{}", strongest(0.0, slow_s));
+    assert!(strongest(slow_s + 0.05, 1.0) < 0.85);
+    assert!(strongest(slow_s + 0.2, 1.0) < 0.25, "{}", strongest(slow_s + 0.2, 1.0));
+    assert!(strongest(off_s - 0.005, 1.0) < 0.03);
+    let last = run.batches().pop().expect("telemetry goes on for a while");
     assert_eq!((last.state, last.fault), (State::Fault, Some(control::Fault::CommandTooOld)));
-    assert_eq!(run.bitten(WATCHDOG_US), None, "the loop goes on");
+    assert_eq!(run.counters.ticks, 6000, "the loop goes on");
+    // Who was silent for 2 s has gone: telemetry is not for nobody.
+    let mut telemetry = run.messages().into_iter().filter(|(_, told)| matches!(told, FromRobot::Telemetry(_)));
+    let told_us = telemetry.next_back().expect("some").0 - last_us;
+    assert!((1_980_000..2_030_000).contains(&told_us), "{told_us}");
+}
+
+#[test]
+fn a_heartbeat_alone_keeps_the_motor_going() {
+    let run = Trial::punctual(2).run(6.0, driving(6.0));
+    let orders = run.said.iter().filter(|said| matches!(said.order, ToRobot::Do(_))).count();
+    assert_eq!(orders, 2, "said once each");
+    let since_us = run.actuations().into_iter().find(|(_, told)| told.enable).expect("driven").0;
+    assert!(since_us < 150_000, "{since_us}");
+    let on = run.actuations().into_iter().filter(|(at_us, _)| *at_us >= since_us);
+    assert!(on.clone().all(|(_, told)| told.enable) && on.count() > 5800);
 }
 
 #[test]
 fn a_tick_converts_decides_and_feeds_the_watchdog_last() {
-    let run = bench(2, driven_until(1.0)).run(1.0);
-    assert_eq!(run.events[0].1, Event::Applied(Actuation::OFF), "before anything else");
-    let own: Vec<_> = run.events[1..]
+    let run = Trial::punctual(2).run(1.0, driving(1.0));
+    assert_eq!(
+        run.events[..2].iter().map(|(_, event)| event.clone()).collect::<Vec<_>>(),
+        [Event::Booted(Reset::PowerOn), Event::Applied(Actuation::OFF)]
+    );
+    let own: Vec<_> = run.events[2..]
         .iter()
         .filter_map(|(_, event)| match event {
             Event::Converted(_) => Some('c'),
@@ -79,39 +99,35 @@ fn a_tick_converts_decides_and_feeds_the_watchdog_last() {
 
 #[test]
 fn a_stuck_converter_starves_the_watchdog_and_the_robot_boots_with_the_bridge_off() {
-    let mut bench = bench(2, driven_until(3.0));
-    bench.holds = vec![Hold { at_us: 2_000_000, for_us: FOR_EVER }];
-    let run = bench.run(3.0);
-    let last_feed = *ticks(&run).last().expect("some");
-    assert!((1_999_000..2_000_000).contains(&last_feed), "{last_feed}");
-    assert_eq!(run.bitten(WATCHDOG_US), Some(last_feed + WATCHDOG_US));
-    assert!(run.actuations().iter().all(|(at_us, _)| *at_us < 2_000_000));
-
-    let mut again = Bench::new(2, Vec::new());
-    again.about.reset = Reset::Watchdog;
-    let run = again.run(2.0);
-    assert!(run.events.iter().all(|(_, event)| !matches!(event, Event::Applied(told) if told.enable)));
-    let statuses = run.statuses();
-    assert_eq!(statuses.len(), 2);
-    assert!(statuses.iter().all(|(_, status)| status.reset == Reset::Watchdog));
-    assert!(run.batches().is_empty(), "nobody listens");
+    let mut trial = Trial::punctual(2);
+    trial.incidents = vec![(2_000_000, Incident::Hold(0, 60_000_000))];
+    let run = trial.run(4.0, driving(4.0));
+    let last_feed = *ticks(&run).iter().rfind(|at_us| **at_us < 2_090_000).expect("some");
+    assert!((1_999_000..2_002_000).contains(&last_feed), "{last_feed}");
+    assert_eq!(run.times(|event| *event == Event::Fell), [last_feed + WATCHDOG_US]);
+    assert_eq!(run.count(|event| *event == Event::Booted(Reset::Watchdog)), 1);
+    assert!(run.last_on_us().expect("it drove") <= last_feed, "and drives no more");
+    assert!(run.counters.ticks > 1890, "it ticks again: {}", run.counters.ticks);
+    assert!(run.sent().iter().all(|(at_us, ..)| *at_us < last_feed), "nobody is told anything without a session");
 }
 
 #[test]
 fn a_tick_that_takes_too_long_costs_its_periods_and_is_not_made_up_for() {
-    let mut bench = bench(2, driven_until(5.0));
+    let mut trial = Trial::punctual(2);
     // Takes 3.3 ms and four conversions: over three periods.
-    bench.holds = vec![Hold { at_us: 2_000_000, for_us: 3_300 }];
-    let run = bench.run(5.0);
+    trial.incidents = vec![(1_999_500, Incident::Hold(0, 3_300))];
+    let run = trial.run(5.0, driving(5.0));
     assert_eq!((run.counters.ticks, run.counters.missed_deadlines), (4997, 3));
     let ends = ticks(&run);
     let around: Vec<u64> = ends.iter().copied().filter(|at| (1_999_000..2_006_000).contains(at)).collect();
     assert_eq!(around, [1_999_148, 2_003_448, 2_004_148, 2_005_148]);
     let told = run.statuses().into_iter().map(|(_, status)| status.counters);
     let told: Vec<_> = told.map(|c| (c.longest_tick_us, c.shortest_period_us, c.longest_period_us)).collect();
-    // The first tick has no period. The status at 2 s comes after the long tick and before the next one: each is told once.
-    assert_eq!(told, [(148, 0, 0), (148, 1000, 1000), (3_448, 1000, 1000), (148, 1000, 4000), (148, 1000, 1000)]);
-    assert!(run.actuations().iter().filter(|(at, _)| *at > 1_000_000).all(|(_, told)| told.enable), "it drives on");
+    // Told once.
+    let usual = (148, 1000, 1000);
+    assert_eq!(told, [usual, usual, (3_448, 1000, 4000), usual, usual]);
+    let driven = run.actuations().into_iter().filter(|(at, _)| *at > 1_000_000);
+    assert!(driven.into_iter().all(|(_, told)| told.enable), "it drives on");
     // The telemetry says which periods had no tick.
     let gaps =
         run.batches().windows(2).map(|pair| pair[1].first_tick - pair[0].first_tick - pair[0].rows.len() as u32).sum();
@@ -125,9 +141,9 @@ fn a_tick_that_is_kept_out_counts_for_the_nearest_period_and_the_next_is_on_the_
         (500, [1_001_500, 1_003_000, 1_004_000].map(|at| at + TICK_US), 1),
         (5_600, [1_006_600, 1_008_000, 1_009_000].map(|at| at + TICK_US), 6),
     ] {
-        let mut bench = bench(2, driven_until(2.0));
-        bench.busy = vec![Hold { at_us: 1_000_900, for_us: late_us + 100 }];
-        let run = bench.run(2.0);
+        let mut trial = Trial::punctual(2);
+        trial.busy = vec![Hold { at_us: 1_000_900, for_us: late_us + 100 }];
+        let run = trial.run(2.0, driving(2.0));
         let around: Vec<u64> = ticks(&run).into_iter().filter(|at| *at > 1_001_000).take(3).collect();
         assert_eq!(around, ends, "{late_us} us late");
         assert_eq!(run.counters.missed_deadlines, missed, "{late_us} us late");
@@ -137,174 +153,196 @@ fn a_tick_that_is_kept_out_counts_for_the_nearest_period_and_the_next_is_on_the_
 
 #[test]
 fn a_processor_that_is_too_slow_ticks_every_other_period_and_the_radio_goes_on() {
-    let mut bench = bench(2, driven_until(3.0));
-    bench.conversion_us = 300;
-    let run = bench.run(3.0);
+    let mut trial = Trial::punctual(2);
+    trial.setup.robots[0].conversion_us = 300;
+    let run = trial.run(3.0, driving(3.0));
     assert_eq!((run.counters.ticks, run.counters.missed_deadlines), (1500, 1499));
     assert_eq!(periods(&run, 2000).len(), 1500);
-    assert_eq!(run.counters.received as usize, driven_until(3.0).len());
+    assert_eq!(run.counters.received as usize, run.said.len());
     assert_eq!(run.counters.rows_dropped, 0);
-    assert!(run.statuses().len() == 3 && run.batches().len() > 1400);
+    assert!(run.statuses().len() == 3 && run.batches().len() > 1350, "{}", run.batches().len());
+}
+
+#[test]
+fn a_clock_that_jitters_and_one_that_leaps() {
+    let mut trial = Trial::punctual(2);
+    trial.incidents = vec![(1_000_000, Incident::Jitter(0, 300)), (2_000_000, Incident::Jitter(0, 0))];
+    let run = trial.run(3.0, driving(3.0));
+    assert_eq!(run.counters.missed_deadlines, 0);
+    let late = |from_us: u64, to_us: u64| {
+        let ends = ticks(&run).into_iter().filter(|at_us| (from_us..to_us).contains(at_us));
+        ends.map(|at_us| at_us % 1000 - TICK_US).max().expect("some")
+    };
+    assert_eq!((late(0, 1_000_000), late(2_002_000, 3_000_000)), (0, 0));
+    assert!((200..=300).contains(&late(1_000_000, 2_000_000)), "{}", late(1_000_000, 2_000_000));
+    assert!(run.last_on_us().expect("driven") > 2_998_000, "{:?}", run.batches().last());
+
+    let mut trial = Trial::punctual(2);
+    trial.incidents = vec![(1_000_500, Incident::Leap(0, 3_000_000))];
+    let run = trial.run(2.0, driving(2.0));
+    let bound_us = (SETTINGS.parameters.supervisor.clock.bound * 1e6) as u64;
+    let on_us = run.last_on_us().expect("driven");
+    println!("after a leap of the clock the bridge is on until {on_us} us, bound {bound_us} us");
+    assert!(run.counters.missed_deadlines >= 2999, "{:?}", run.counters);
 }
 
 #[test]
 fn a_slow_radio_keeps_neither_answers_nor_the_status_waiting_behind_telemetry() {
-    // Every message takes as long as ten rows: telemetry alone would fill the radio.
-    let mut bench = bench(2, numbered(console(&[(0.0, Some(Command::Idle)), (5.0, Some(DRIVE))], 9.99, 0.0, 1)));
-    bench.fate = Box::new(|_| (12_000, true));
-    let arrival = bench.arrivals.iter().find(|arrival| arrival.at_us > 5_000_000).expect("one").clone();
-    let run = bench.run(10.0);
+    let mut trial = Trial::punctual(2);
+    // Every message takes longer than ten rows: telemetry alone would fill the radio.
+    trial.incidents = vec![(0, Incident::SlowRadio(0, 11_500))];
+    let waited = Rc::new(RefCell::new(Vec::new()));
+    let noted = Rc::clone(&waited);
+    let run = trial.run(10.0, |console| async move {
+        ready(&console).await;
+        for number in 1..80 {
+            until(0.1234 * f64::from(number)).await;
+            let before_us = workbench::time::now_us();
+            assert_eq!(give(&console, DRIVE).await, Some(Answer::Done(None)));
+            noted.borrow_mut().push(workbench::time::now_us() - before_us);
+        }
+    });
     assert!(run.counters.rows_dropped > 1000);
-    let answer = run.answers().into_iter().find(|(_, number, _)| u32::from(*number) == arrival.number);
-    let at_us = answer.expect("it is answered").0;
-    assert!(at_us - arrival.at_us < 13_500, "{} us", at_us - arrival.at_us);
+    // Behind the message that is underway.
+    let longest = *waited.borrow().iter().max().expect("some");
+    assert!(longest < 17_500, "{longest} us");
     let times: Vec<u64> = run.statuses().into_iter().map(|(at_us, _)| at_us).collect();
-    // Behind the message that is underway and the answer of every second.
-    assert!(times.len() == 10 && times.windows(2).all(|pair| pair[1] - pair[0] < 1_025_000), "{times:?}");
+    // Behind the message that is underway and an answer.
+    assert!(times.len() == 10 && times.windows(2).all(|pair| pair[1] - pair[0] < 1_027_000), "{times:?}");
+}
+
+fn numbered(number: u16, what: What) -> ToRobot {
+    ToRobot::Do(Do { number, deadline_ms: 60_000, what })
 }
 
 #[test]
 fn answers_that_the_radio_cannot_take_are_counted() {
-    // A new command every 10 ms, and a radio that is stuck in one message.
-    let command = |index: u32| Command::Speed { omega: 40.0 + 0.01 * index as f32 };
-    let script = (0..100).map(|index| (10_000 * u64::from(index) + 5, command(index), false)).collect();
-    let mut bench = bench(2, numbered(script));
-    bench.fate = Box::new(|_| (60_000_000, true));
-    let run = bench.run(1.0);
-    assert_eq!(run.counters.received, 100);
-    assert_eq!(run.counters.answers_dropped, 100 - 12, "the queue holds 12; the radio is busy with the status");
+    // A new order every 10 ms, and a radio that is stuck in one message.
+    let mut trial = Trial::punctual(2);
+    trial.incidents = vec![(500_000, Incident::SlowRadio(0, 60_000_000))];
+    let run = trial.run(2.0, |console| async move {
+        ready(&console).await;
+        until(0.6).await;
+        for number in 0..100 {
+            console.say(numbered(number, What::Get(0))).await;
+            until(0.61 + 0.01 * f64::from(number)).await;
+        }
+    });
+    assert_eq!(run.counters.answers_dropped, 100 - 12, "the queue holds 12");
     assert_eq!(run.count(|event| *event == Event::SendDropped), 0);
 }
 
 #[test]
 fn an_answer_that_was_lost_is_given_again_to_a_repetition() {
-    // Forty commands while the radio is stuck in a message, then the last one on and on.
-    let command = |index: u32| Command::Speed { omega: 40.0 + 0.01 * index as f32 };
-    let mut script: Vec<_> = (0..40).map(|index| (5_000 * u64::from(index) + 5, command(index), false)).collect();
-    script.extend((0..78).map(|index| (200_005 + 50_000 * index, command(39), false)));
-    let arrivals = numbered(script);
-    let last = arrivals[39].number;
-    let mut bench = bench(2, arrivals);
-    bench.fate = Box::new(|at_us| if at_us < 200_000 { (200_100 - at_us, true) } else { (1500, true) });
-    let run = bench.run(4.0);
-    assert_eq!(run.counters.answers_dropped, 40 - 12);
-    let answers = run.answers().into_iter().filter(|(_, number, _)| u32::from(*number) >= last);
-    let heard: Vec<u64> = answers.map(|(at_us, ..)| at_us).collect();
-    assert_eq!(heard.len(), 4, "{heard:?}");
-    assert!(heard[0] < 300_000, "the next repetition is answered: {heard:?}");
-    assert!(heard.windows(2).all(|pair| (950_000..1_060_000).contains(&(pair[1] - pair[0]))), "{heard:?}");
+    // Forty orders while the radio is stuck in a message, then the last one on and on.
+    let mut trial = Trial::punctual(2);
+    trial.incidents = vec![(200_000, Incident::SlowRadio(0, 300_000)), (300_000, Incident::SlowRadio(0, 0))];
+    let command = |index: u16| What::Command(Command::Speed { omega: 40.0 + 0.01 * f32::from(index) });
+    let run = trial.run(2.0, move |console| async move {
+        ready(&console).await;
+        until(0.25).await;
+        for index in 0..40 {
+            console.say(numbered(index, command(index))).await;
+            until(0.25 + 0.005 * f64::from(index)).await;
+        }
+        for _ in 0..10 {
+            console.say(numbered(39, command(39))).await;
+            until(workbench::time::now_us() as f64 * 1e-6 + 0.05).await;
+        }
+    });
+    // The repetitions until the radio was free again found no room either.
+    assert!((28..32).contains(&run.counters.answers_dropped), "{}", run.counters.answers_dropped);
+    let answers = run.answers();
+    assert_eq!(answers.len() + run.counters.answers_dropped as usize, 1 + 40 + 10);
+    let heard: Vec<u64> = answers.into_iter().filter(|answer| answer.1 == 39).map(|(at_us, ..)| at_us).collect();
+    assert!(heard.len() >= 7, "every repetition from then on is answered: {heard:?}");
+    assert!(heard[0] < 600_000);
 }
 
 #[test]
-fn a_command_that_comes_late_or_twice_is_not_obeyed() {
-    let stop = 500_005;
-    let mut script: Vec<_> = (0..10).map(|index| (50_000 * index + 5, DRIVE, false)).collect();
-    script.extend((0..20).map(|index| (stop + 50_000 * index, Command::Idle, false)));
-    let mut arrivals = numbered(script);
-    // The radio brings three of the earlier ones again, and one that took its time.
-    for (index, at_us) in [(9, 510_000), (9, 520_000), (3, 900_000), (8, 1_440_000)] {
-        let mut again = arrivals[index].clone();
-        again.at_us = at_us;
-        arrivals.push(again);
+fn of_too_many_orders_the_oldest_are_dropped_and_counted_and_the_last_counts() {
+    let mut trial = Trial::punctual(2);
+    // Nobody serves them for 20 ms.
+    trial.busy = vec![Hold { at_us: 1_000_000, for_us: 20_000 }];
+    let run = trial.run(1.5, |console| async move {
+        ready(&console).await;
+        assert_eq!(give(&console, DRIVE).await, Some(Answer::Done(None)));
+        until(0.96).await;
+        console.beat(false);
+        until(0.98).await;
+        console.say(console.heartbeat()).await;
+        until(1.001).await;
+        for number in 0..19 {
+            console.say(numbered(number, What::Command(DRIVE))).await;
+        }
+        console.say(numbered(19, What::Command(Command::Coast))).await;
+    });
+    // The radio holds ten, the queue twelve.
+    assert_eq!(run.air.overflowed, 10);
+    assert_eq!(run.counters.lost, 10);
+    assert_eq!(run.counters.commands_dropped, 0, "what the radio holds fits");
+    assert!((1_018_000..1_022_000).contains(&run.last_on_us().expect("driven")), "{:?}", run.last_on_us());
+}
+
+/// The parts of a robot that nothing else is known of.
+fn parts(robot: hal_sim::SimulatedRobot, journal: &Journal) -> Parts<Board, Board, Board> {
+    let plant = Rc::new(RefCell::new(Plant::new(robot, 3, 37)));
+    let board = Board::new(&plant, &Power::new(|| {}), journal);
+    Parts { converter: board.clone(), bridge: board.clone(), watchdog: board }
+}
+
+/// A converter with codes that a test wrote down; the last one from then on.
+struct Written {
+    codes: std::collections::VecDeque<u16>,
+    last: u16,
+}
+
+impl Converter for Written {
+    fn angle(&mut self) -> AdcCode {
+        AdcCode(self.codes.pop_front().unwrap_or(self.last))
     }
-    let run = bench(2, arrivals).run(2.0);
-    assert_eq!((run.counters.received, run.counters.outdated), (34, 4));
-    let on = run.actuations().into_iter().filter(|(_, told)| told.enable).map(|(at_us, _)| at_us).max();
-    assert!(on.expect("it drove before") < stop + 2_000, "{on:?}");
+
+    fn battery(&mut self) -> AdcCode {
+        AdcCode(2048)
+    }
 }
 
-#[test]
-fn a_console_that_starts_anew_is_obeyed_at_once_from_elsewhere_and_within_a_second_from_the_same_address() {
-    let old = numbered((0..10).map(|index| (50_000 * index + 5, DRIVE, false)).collect());
-    let restarted = |from, number: u16| {
-        let again = (0..30_u16).map(|index| Arrival {
-            from,
-            ..Arrival::command(500_005 + 50_000 * u64::from(index), number + index, Command::Idle)
-        });
-        let run = bench(2, old.iter().cloned().chain(again).collect()).run(2.0);
-        let first = run.answers().into_iter().find(|(at_us, ..)| *at_us > 500_000).expect("an answer").0;
-        (first, run.counters.outdated)
-    };
-    let (first, outdated) = restarted([7; 6], 60_000);
-    assert!(first < 502_000 && outdated == 0, "{first}");
-    // The last one was heard at 450 ms.
-    let (first, outdated) = restarted(common::radio::HOST, 60_000);
-    assert!((1_450_000..1_452_000).contains(&first) && outdated == 19, "{first} {outdated}");
-}
-
-#[test]
-fn of_too_many_commands_the_oldest_are_dropped_and_counted() {
-    let journal = Journal::default();
-    let shared = Shared::new();
-    let mut script: Vec<_> = (0..19).map(|index| (100 * index, DRIVE, false)).collect();
-    script.push((1_900, Command::Coast, false));
-    let (receiver, _) = radio(&numbered(script), Box::new(|_| (0, true)), &journal);
-    let parts = HostParts::new(punctual(1), 3, 0, &[], &journal);
-    let parts = Parts { converter: parts.clone(), bridge: parts, watchdog: HostWatchdog(journal.clone()) };
-    let controller = Controller::new(&SETTINGS.parameters).expect("sound");
-    let mut world = World::new();
-    world.spawn(receive(receiver, &shared));
-    world.run_until(2_000);
-    assert_eq!((shared.counters().received, shared.counters().commands_dropped), (20, 8));
-    world.spawn(control_loop(parts, controller, &SETTINGS, &shared));
-    world.run_until(2_500);
-    assert_eq!(shared.shown(), shell::robot::Shown::State(State::Coast, None), "the last one counts");
-    assert_eq!(shared.counters().commands_dropped, 8);
+/// Lends what lives as long as the test.
+fn lent<T>(value: T) -> &'static T {
+    Box::leak(Box::new(value))
 }
 
 #[test]
 fn the_median_is_what_the_controller_sees_and_conversions_far_from_it_are_counted() {
-    let journal = Journal::default();
-    let shared = Shared::new();
-    let settings = Settings { conversions: 5, outlier_lsb: 100, ..SETTINGS.clone() };
+    let (journal, shared) = (Journal::new(Detail::Everything), lent(Shared::new()));
+    let settings: &Settings = lent(Settings { conversions: 5, outlier_lsb: 100, ..SETTINGS.clone() });
     let spikes = [2000, 2010, 4095, 1990, 2005, 2001, 1000, 0, 2101, 2102];
-    let written = Written { codes: spikes.into(), last: 2000 };
-    let bridge = HostParts::new(punctual(1), 3, 0, &[], &journal);
-    let parts = Parts { converter: written, bridge, watchdog: HostWatchdog(journal.clone()) };
-    let controller = Controller::new(&settings.parameters).expect("sound");
-    let (receiver, sender) = radio(&driven_until(0.1), Box::new(|_| (1000, true)), &journal);
-    let about = about();
+    let Parts { bridge, watchdog, .. } = parts(punctual(1), &journal);
+    let parts = Parts { converter: Written { codes: spikes.into(), last: 2000 }, bridge, watchdog };
+    let mut controller = Controller::new(&settings.parameters).expect("sound");
     let mut world = World::new();
-    // The peer is known before the first batch is full.
-    world.spawn(control_loop(parts, controller, &settings, &shared));
-    world.spawn(receive(receiver, &shared));
-    world.spawn(send(sender, &about, &shared));
+    let processor = world.processor();
+    world.spawn(processor, async move { control_loop(parts, &mut controller, settings, shared).await });
     world.run_until(30_000);
     // Of the first five, 4095; of the second, whose median is 2001, 1000, 0 and 2102.
     assert_eq!(shared.counters().adc_outliers, 4);
-    let sent = Run { end_us: 30_000, events: journal.take(), counters: shared.counters() };
-    let codes: Vec<u16> = sent.batches().iter().flat_map(|batch| batch.rows.iter().map(|row| row.code)).collect();
-    assert_eq!(codes[..4], [2005, 2001, 2000, 2000]);
-}
-
-fn about() -> About {
-    About { name: SETTINGS.name.clone(), reset: Reset::PowerOn, parameters: Source::Factory }
 }
 
 #[test]
-fn without_a_controller_the_led_says_so_and_the_status_is_sent() {
-    let journal = Journal::default();
-    let shared = Shared::new();
-    let (_, sender) = radio(&[], Box::new(|_| (1000, true)), &journal);
-    let about = about();
+fn without_a_controller_the_led_says_so() {
+    let (journal, shared) = (Journal::new(Detail::Everything), lent(Shared::new()));
     let mut world = World::new();
-    world.spawn(send(sender, &about, &shared));
-    world.spawn(led(HostLed(journal.clone(), None), &shared));
+    let processor = world.processor();
+    world.spawn(processor, led(StatusLed::new(&journal), shared));
     world.run_until(999_999);
-    let run = Run { end_us: 1_000_000, events: journal.take(), counters: shared.counters() };
-    assert_eq!(run.count(|event| matches!(event, Event::Lit(_))), 20, "10 Hz");
-    let sent = run.sent();
-    assert!(
-        matches!(&sent[0], (0, shell::robot::BROADCAST, FromRobot::Status(status), true) if status.counters.ticks == 0)
-    );
+    assert_eq!(journal.events().iter().filter(|(_, event)| matches!(event, Event::Lit(_))).count(), 20, "10 Hz");
+    assert_eq!(shared.shown(), Shown::NotStarted);
 }
 
 #[test]
 fn being_woken_for_nothing_makes_no_tick() {
-    let journal = Journal::default();
-    let shared = Shared::new();
-    let host = HostParts::new(punctual(1), 3, 37, &[], &journal);
-    let parts = Parts { converter: host.clone(), bridge: host, watchdog: HostWatchdog(journal.clone()) };
+    let (journal, shared) = (Journal::new(Detail::Everything), lent(Shared::new()));
+    let parts = parts(punctual(1), &journal);
     let controller = Controller::new(&SETTINGS.parameters).expect("sound");
     let alarm = async {
         loop {
@@ -312,8 +350,9 @@ fn being_woken_for_nothing_makes_no_tick() {
         }
     };
     let mut world = World::new();
+    let processor = world.processor();
     // Polled together: every alarm wakes both.
-    world.spawn(join(control_loop(parts, controller, &SETTINGS, &shared), alarm));
+    world.spawn(processor, join(control_loop(parts, controller, &SETTINGS, shared), alarm));
     world.run_until(99_999);
     let times: Vec<u64> =
         journal.take().into_iter().filter(|(_, event)| *event == Event::Fed).map(|(at, _)| at).collect();
@@ -354,6 +393,29 @@ fn the_control_loop_may_run_in_an_interrupt_and_its_size_is_known() {
         size_of::<Controller>(),
         size_of::<Shared>()
     );
-    // The controller, as an argument and in the loop, and little more.
+    // The controller, as an argument and in the loop, one more while it is retuned, and little more.
     assert!(size < 2 * size_of::<Controller>() + 1024, "{size}");
+}
+
+#[test]
+fn telemetry_and_status_wait_for_an_answer_that_is_ready() {
+    let mut trial = Trial::punctual(2);
+    // While one message takes 30 ms, an answer, telemetry and the status get ready.
+    trial.incidents = vec![(900_000, Incident::SlowRadio(0, 200_000)), (901_000, Incident::SlowRadio(0, 200_000))];
+    let run = trial.run(2.0, |console| async move {
+        ready(&console).await;
+        until(0.95).await;
+        console.say(numbered(7, What::Get(0))).await;
+    });
+    let after: Vec<_> = run.messages().into_iter().filter(|(at_us, _)| *at_us > 950_000).take(3).collect();
+    let kinds: Vec<char> = after
+        .iter()
+        .map(|(_, message)| match message {
+            FromRobot::Answer { number: 7, .. } => 'a',
+            FromRobot::Answer { .. } => '?',
+            FromRobot::Status(_) => 's',
+            FromRobot::Telemetry(_) => 't',
+        })
+        .collect();
+    assert_eq!(kinds, ['a', 's', 't'], "{after:?}");
 }

@@ -2,4 +2,7 @@
 
 pub mod blind;
 pub mod figures;
+pub mod fuzz;
+pub mod link;
 pub mod pil;
+pub mod row;

@@ -1,6 +1,7 @@
 //! What passes between the host and the dongle, a radio on a USB serial line.
 
 use heapless::Vec;
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use super::radio;
@@ -9,9 +10,11 @@ use super::radio;
 pub type Address = [u8; 6];
 /// A radio message as bytes.
 pub type Payload = Vec<u8, { radio::LONGEST }>;
+/// A key of ESP-NOW's own encryption (CCMP).
+pub type RadioKey = [u8; 16];
 
-/// From the host.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// From the host. Its `Debug` shows no key.
+#[derive(Clone, PartialEq, Serialize, Deserialize, Schema)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap, and few messages exist at a time")]
 pub enum ToDongle {
     /// Who is there?
@@ -27,16 +30,39 @@ pub enum ToDongle {
     },
     /// Tell the counters.
     Count,
+    /// The primary master key, which protects the others on the chip: the same on both sides. Forgets everybody.
+    Primary(RadioKey),
+    /// From now on messages to and from an address are encrypted with its local master key.
+    Meet {
+        /// Who.
+        address: Address,
+        /// Its key.
+        local: RadioKey,
+    },
+}
+
+impl core::fmt::Debug for ToDongle {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Hello => f.write_str("Hello"),
+            Self::Send { number, to, payload } => {
+                write!(f, "Send {{ number: {number}, to: {to:02x?}, {} bytes }}", payload.len())
+            }
+            Self::Count => f.write_str("Count"),
+            Self::Primary(_) => f.write_str("Primary(secret)"),
+            Self::Meet { address, .. } => write!(f, "Meet {{ address: {address:02x?}, local: secret }}"),
+        }
+    }
 }
 
 /// To the host.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap, and few messages exist at a time")]
 pub enum FromDongle {
     /// To `Hello`, at boot, and when the host reads again after it had stopped.
     Hello {
         /// [`super::VERSION`] of the dongle.
-        version: u16,
+        version: u32,
         /// Its own address.
         address: Address,
         /// Radio channel.
@@ -64,7 +90,7 @@ pub enum FromDongle {
 }
 
 /// What the dongle counts, since boot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Counters {
     /// Radio messages received.
     pub received: u32,
@@ -80,4 +106,6 @@ pub struct Counters {
     pub answers_dropped: u32,
     /// Frames of the host that could not be read.
     pub bad_frames: u32,
+    /// Robots that the radio's list had no room for.
+    pub not_met: u32,
 }

@@ -4,12 +4,13 @@
 //! answers a number that it has already served with the same reply and does nothing twice, so that lost and corrupt
 //! bytes change no decision.
 
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::{Actuation, Command, Controller, Parameters, Refusal, Sample, Telemetry};
 
 /// What the host asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Request {
     /// One more than the last, from 0 after [`Question::Hello`].
     pub number: u32,
@@ -18,7 +19,7 @@ pub struct Request {
 }
 
 /// The questions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put the parameters on, and one at a time exists")]
 pub enum Question {
     /// Who is there? Always served, whatever its number: numbers count on from it.
@@ -32,7 +33,7 @@ pub enum Question {
 }
 
 /// What the chip answers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Reply {
     /// The request's.
     pub number: u32,
@@ -43,7 +44,7 @@ pub struct Reply {
 }
 
 /// The answers, in the order of the questions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Answer {
     /// To `Hello`.
     Hello(Hello),
@@ -58,10 +59,10 @@ pub enum Answer {
 }
 
 /// Who answers. The layout up to `version` stays for ever: it is how ends of different versions find that out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
     /// [`super::VERSION`] of the chip.
-    pub version: u16,
+    pub version: u32,
     /// What it is.
     pub target: Target,
     /// RAM that a controller takes, bytes.
@@ -69,7 +70,7 @@ pub struct Hello {
 }
 
 /// Where the controller runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Target {
     /// RV32IMC under QEMU; costs are instructions.
     Rv32,
@@ -82,7 +83,7 @@ pub enum Target {
 }
 
 /// One tick of the chip.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Ticked {
     /// Ticks since `Start`.
     pub count: u32,

@@ -1,14 +1,12 @@
-//! What the robot hears and tells over ESP-NOW, at most [`LONGEST`] bytes a message: a [`Command`] to it, a [`FromRobot`]
-//! from it. Every message begins with the same header: [`super::VERSION`], so that ends of different versions say so
-//! instead of misreading each other; the [`Direction`], because everybody on the channel hears everything; and a number,
-//! one more than the sender's last, so that losses are counted and what comes late or twice is known.
+//! What the console and the robot say to each other over ESP-NOW: [`ToRobot`] and [`Telling`]. Both travel in the frames of
+//! [`super::secure`], which say who may speak, to whom, in which version, and how many frames are missing in between.
 
 use core::f32::consts::PI;
 
 use heapless::{String, Vec};
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
-use super::frame::TooLong;
 use crate::{AdcCode, Command, Fault, Refusal, State, Telemetry};
 
 /// Longest ESP-NOW payload (version 1), bytes.
@@ -18,102 +16,112 @@ pub const BATCH: usize = 10;
 /// Longest name of a robot, bytes.
 pub const NAME: usize = 32;
 
-/// Why a message is not read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Misread {
-    /// The sender speaks another version of the protocol.
-    OtherVersion(u16),
-    /// Of this version, for the other side: from another robot to its host, or from another host to its robot.
-    OtherDirection,
-    /// No message of this version.
-    Rubbish,
+/// From the console, in an order of [`super::secure`]. Without a heartbeat or a command the robot slows down after
+/// `controller.supervisor.link_slow_s`, and cuts the bridge after `command_age_s`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum ToRobot {
+    /// The console lives and hears the robot.
+    Heartbeat {
+        /// [`Telling::uptime_ms`] of the latest telling that it has heard: on the robot's own clock, so that a heartbeat that
+        /// somebody held back is as old as it is.
+        /// `None` before it has heard anything: then it keeps nothing going.
+        heard_ms: Option<u32>,
+    },
+    /// Bridge off, now. Repeated until telemetry says so; not answered.
+    Stop,
+    /// Something that is answered.
+    Do(Do),
 }
 
-/// Which way a message goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Direction {
-    /// From a host to a robot.
-    ToRobot,
-    /// From a robot to a host.
-    FromRobot,
+/// Something to do once. It is repeated, with the same number, until an [`Answer`] of that number comes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Do {
+    /// Another one than before; begins anywhere in a session and comes round.
+    pub number: u16,
+    /// On the robot's clock ([`Telling::uptime_ms`]): later it is not done any more.
+    pub deadline_ms: u32,
+    /// What.
+    pub what: What,
 }
 
-/// What a message carries behind its header.
-pub trait Body: Serialize + DeserializeOwned {
-    /// Which way it goes.
-    const DIRECTION: Direction;
+/// What can be done.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum What {
+    /// Take a command.
+    Command(Command),
+    /// Tell a parameter, by its index in [`crate::parameters::table::TABLE`].
+    Get(u16),
+    /// Change a parameter until the next boot.
+    Set {
+        /// Which.
+        index: u16,
+        /// To what, in the table's unit.
+        value: f32,
+    },
+    /// Keep the parameters as they are over the next boot. Only with the bridge off.
+    Save,
+    /// Use the factory's parameters, now and after the next boot. Only with the bridge off.
+    Factory,
 }
 
-/// Repeated while it shall hold: see `controller.supervisor.command_age_s`.
-impl Body for Command {
-    const DIRECTION: Direction = Direction::ToRobot;
+/// What became of a [`Do`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Answer {
+    /// Done; after `Get` and `Set` with the parameter.
+    Done(Option<Value>),
+    /// Not done: the robot goes on with what it does.
+    Refused(Refusal),
+    /// Not done: it came after its deadline.
+    TooLate,
 }
 
-impl Body for FromRobot {
-    const DIRECTION: Direction = Direction::FromRobot;
+/// A parameter, in the unit of [`crate::parameters::table::TABLE`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Value {
+    /// What the robot runs on.
+    pub now: f32,
+    /// What the firmware was built with.
+    pub factory: f32,
 }
 
-/// Writes a message; the bytes of `buffer` to send. `sequence` is one more than in the sender's last message, whoever that
-/// was to; it begins anywhere and comes round.
-///
-/// # Errors
-/// It is longer than [`LONGEST`].
-pub fn encode<'b, B: Body>(sequence: u16, body: &B, buffer: &'b mut [u8; LONGEST]) -> Result<&'b [u8], TooLong> {
-    let written = postcard::to_slice(&(super::VERSION, B::DIRECTION, sequence, body), buffer).map_err(|_| TooLong)?;
-    Ok(written)
+/// From the robot, in a telling of [`super::secure`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Telling {
+    /// Since boot, ms, when it was sealed; comes round after seven weeks.
+    pub uptime_ms: u32,
+    /// The last order that counted.
+    pub echo: Echo,
+    /// What.
+    pub message: FromRobot,
 }
 
-/// Reads a message of [`encode`]: its number and its body.
-///
-/// # Errors
-/// It is of another version, goes the other way, or is none at all. Bytes left over make it none, too.
-pub fn decode<B: Body>(bytes: &[u8]) -> Result<(u16, B), Misread> {
-    let (version, rest) = postcard::take_from_bytes::<u16>(bytes).map_err(|_| Misread::Rubbish)?;
-    if version != super::VERSION {
-        return Err(Misread::OtherVersion(version));
-    }
-    let (direction, rest) = postcard::take_from_bytes::<Direction>(rest).map_err(|_| Misread::Rubbish)?;
-    if direction != B::DIRECTION {
-        return Err(Misread::OtherDirection);
-    }
-    match postcard::take_from_bytes(rest) {
-        Ok((message, [])) => Ok(message),
-        _ => Err(Misread::Rubbish),
-    }
+/// Lets the console measure how long the way there and back takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Echo {
+    /// Counter of the order.
+    pub counter: u32,
+    /// How long ago it came, ms.
+    pub age_ms: u16,
 }
 
-/// A larger gap between numbers is no loss but a sender that has started anew: ten seconds of telemetry.
-const LARGEST_GAP: u16 = 1000;
-
-/// How many messages are missing between two numbers of one sender; `None` if the second is not newer than the first.
-/// Numbers come round: newer is what is less than half a round ahead.
-#[must_use]
-pub fn missing(before: u16, sequence: u16) -> Option<u16> {
-    match sequence.wrapping_sub(before) {
-        0 | 0x8000.. => None,
-        ahead if ahead > LARGEST_GAP => Some(0),
-        ahead => Some(ahead - 1),
-    }
-}
-
-/// From the robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// What a robot tells.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum FromRobot {
-    /// The answer to a command: when it or its outcome is new, and once a second while it is repeated.
+    /// What became of a [`Do`], each time that it came.
     Answer {
-        /// The command's.
-        sequence: u16,
-        /// Done, or why not.
-        outcome: Result<(), Refusal>,
+        /// Its number.
+        number: u16,
+        /// The answer.
+        answer: Answer,
     },
     /// Some ticks.
     Telemetry(Batch),
-    /// Once a second, and at boot. To everybody as long as nobody has spoken to the robot.
+    /// At the beginning of a session, and then once a second.
     Status(Status),
 }
 
 /// Control periods in a row, one row each: [`BATCH`] of them, or fewer where a period has no tick or the state changes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Batch {
     /// Number of the control period of the first row since the loop's start; the others follow without a gap. A gap
     /// between messages is a lost message or periods without a tick ([`Counters::missed_deadlines`]).
@@ -131,7 +139,7 @@ pub struct Batch {
 }
 
 /// One tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Row {
     /// Code of the wiper.
     pub code: u16,
@@ -186,12 +194,10 @@ fn rounded(value: f32) -> i16 {
 }
 
 /// The robot's health.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Status {
     /// The robot's, from its robot file.
     pub name: String<NAME>,
-    /// Since boot, ms.
-    pub uptime_ms: u32,
     /// Why it booted.
     pub reset: Reset,
     /// Where the parameters came from.
@@ -201,7 +207,7 @@ pub struct Status {
 }
 
 /// Why the processor started.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Reset {
     /// The battery went in, or the reset button was pressed: to these chips their enable pin is the same as power.
     #[default]
@@ -221,7 +227,7 @@ pub enum Reset {
 }
 
 /// Where parameters came from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Source {
     /// Built in: there are none in flash.
     #[default]
@@ -235,7 +241,7 @@ pub enum Source {
 }
 
 /// Everything that is counted, since boot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Counters {
     /// Ticks done.
     pub ticks: u32,
@@ -250,17 +256,25 @@ pub struct Counters {
     pub longest_tick_us: u32,
     /// Conversions far from the median of their tick.
     pub adc_outliers: u32,
-    /// Commands received.
+    /// Orders that counted.
     pub received: u32,
-    /// Of them, those ignored because a newer one was there before: late or repeated by the radio.
+    /// Frames with a right tag, ignored because one at least as new was there before: late, repeated by the radio, or
+    /// replayed by somebody.
     pub outdated: u32,
-    /// Received, but no command: rubbish, or what another robot says.
+    /// Frames with a wrong tag: forged, damaged, of another robot's console, of a session that is over.
+    pub forged: u32,
+    /// Received, but nothing for a robot: rubbish, or what another robot says.
     pub misunderstood: u32,
     /// Received from a sender of another version.
     pub other_version: u32,
-    /// Missing between sequence numbers.
+    /// Calls of the console that were answered; a replayed one is, too, and leads to nothing.
+    pub calls: u32,
+    /// Orders missing between those that counted.
     pub lost: u32,
-    /// Commands dropped because the control loop's queue was full: the oldest go first.
+    /// Orders that came after their deadline, and heartbeats that were held back, or came before the console had heard
+    /// anything.
+    pub too_late: u32,
+    /// Orders dropped because the control loop's queue was full: the oldest go first.
     pub commands_dropped: u32,
     /// Answers dropped because the radio did not keep up.
     pub answers_dropped: u32,
@@ -276,53 +290,7 @@ pub struct Counters {
 mod tests {
     use super::*;
     use crate::Actuation;
-
-    #[test]
-    fn a_message_comes_back_and_another_version_says_so() {
-        let command = Command::Speed { omega: -44.0 };
-        let mut buffer = [0; LONGEST];
-        let mut bytes = encode(u16::MAX, &command, &mut buffer).expect("short").to_vec();
-        assert_eq!(decode(&bytes), Ok((u16::MAX, command)));
-        bytes.push(0);
-        assert_eq!(decode::<Command>(&bytes), Err(Misread::Rubbish));
-        bytes[0] = 99;
-        assert_eq!(decode::<Command>(&bytes), Err(Misread::OtherVersion(99)));
-        assert_eq!(decode::<Command>(&[]), Err(Misread::Rubbish));
-    }
-
-    #[test]
-    fn a_message_for_the_other_side_is_not_read_as_one_of_ours() {
-        let mut buffer = [0; LONGEST];
-        for command in [Command::Idle, Command::Coast, Command::Speed { omega: 44.0 }] {
-            let bytes = encode(1, &command, &mut buffer).expect("short");
-            assert_eq!(decode::<FromRobot>(bytes), Err(Misread::OtherDirection), "{command:?}");
-        }
-        for told in [FromRobot::Answer { sequence: 0, outcome: Ok(()) }, FromRobot::Status(Status::default())] {
-            let bytes = encode(1, &told, &mut buffer).expect("short");
-            assert_eq!(decode::<Command>(bytes), Err(Misread::OtherDirection), "{told:?}");
-        }
-    }
-
-    #[test]
-    fn numbers_come_round() {
-        for (before, sequence, expected) in [
-            (4, 5, Some(0)),
-            (4, 7, Some(2)),
-            (u16::MAX, 0, Some(0)),
-            (u16::MAX - 1, 2, Some(3)),
-            (4, 4, None),
-            (4, 3, None),
-            (2, u16::MAX, None),
-            (0, 1000, Some(999)),
-            (0, 1001, Some(0)),
-            (0, 0x7FFF, Some(0)),
-            (0, 0x8000, None),
-            (40_000, 0, Some(0)),
-            (20_000, 60_000, None),
-        ] {
-            assert_eq!(missing(before, sequence), expected, "{before} {sequence}");
-        }
-    }
+    use crate::protocol::secure::{Key, Sealer};
 
     #[test]
     fn the_longest_messages_fit() {
@@ -345,9 +313,12 @@ mod tests {
             adc_outliers: most,
             received: most,
             outdated: most,
+            forged: most,
             misunderstood: most,
             other_version: most,
+            calls: most,
             lost: most,
+            too_late: most,
             commands_dropped: most,
             answers_dropped: most,
             sent: most,
@@ -355,11 +326,13 @@ mod tests {
             rows_dropped: most,
         };
         let name = String::try_from("a name that has all 32 bytes of.").expect("it fits");
-        let status =
-            Status { name, uptime_ms: most, reset: Reset::Other, parameters: Source::FactoryDamaged, counters };
+        let status = Status { name, reset: Reset::Other, parameters: Source::FactoryDamaged, counters };
+        let echo = Echo { counter: most, age_ms: u16::MAX };
         for message in [FromRobot::Telemetry(batch), FromRobot::Status(status)] {
+            let telling = Telling { uptime_ms: most, echo, message };
             let mut buffer = [0; LONGEST];
-            assert_eq!(decode(encode(u16::MAX, &message, &mut buffer).expect("it fits")), Ok((u16::MAX, message)));
+            let (frame, _) = Sealer::robot(Key([1; 32])).seal(&telling, &mut buffer).expect("it fits");
+            std::println!("{} bytes on the air", frame.len());
         }
     }
 

@@ -91,6 +91,7 @@ pub fn parameters() -> Parameters {
             sensor_shorted: watch(5.0, 0.3, 0.5),
             sensor_frozen: watch(1.0, 0.1, 0.3),
             supply_low: watch(3.3, 0.05, 0.1),
+            slow_after: 0.25,
             command_old: watch(0.5, 0.0, 0.55),
             clock: watch(0.02, 0.05, 0.1),
             driven_duty: 0.6,

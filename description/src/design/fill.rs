@@ -177,6 +177,7 @@ fn supervisor(numbers: &Numbers<'_>) -> Result<Supervisor, DesignError> {
         sensor_shorted: numbers.watch("shorted_rad_per_s", "shorted")?,
         sensor_frozen: numbers.watch("frozen_lsb", "frozen")?,
         supply_low: numbers.watch("supply_v", "supply")?,
+        slow_after: numbers.within("supervisor.link_slow_s", 0.0, 10.0)? as f32,
         command_old: numbers.watch("command_age_s", "command")?,
         clock: numbers.watch("clock_gap_s", "clock")?,
         driven_duty: numbers.within("supervisor.driven_duty", 0.0, 1.0)? as f32,

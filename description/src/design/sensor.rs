@@ -11,18 +11,20 @@ const END_SIGMA: f64 = 3.0;
 
 /// The map of a sensor; `edge_margin` (rad) widens the arc on both sides.
 pub(super) fn map(sensor: &Sensor, edge_margin: f64) -> Result<SensorMap, DesignError> {
-    match sensor {
-        Sensor::Ideal | Sensor::Encoder(_) => Ok(digital(sensor)),
+    let mut map = match sensor {
+        Sensor::Ideal | Sensor::Encoder(_) => digital(sensor),
         Sensor::Potentiometer(potentiometer) => {
             let mut map = nominal(potentiometer);
             if let Some(correction) = &potentiometer.correction {
                 apply(&mut map, &AdcCurve::new(&potentiometer.adc), correction)?;
             }
-            map.edge_margin = edge_margin as f32;
             map.half_play = (0.5 * potentiometer.hysteresis_deg.value.to_radians()) as f32;
-            Ok(map)
+            map
         }
-    }
+    };
+    // Without an arc it has no effect, but it is a parameter that people read.
+    map.edge_margin = edge_margin as f32;
+    Ok(map)
 }
 
 fn digital(sensor: &Sensor) -> SensorMap {

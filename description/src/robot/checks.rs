@@ -1,6 +1,7 @@
 //! What must hold between fields, beyond each field's own range.
 
-use super::{Battery, Potentiometer, Robot, Sensor};
+use super::radio::BIT_RATES;
+use super::{Battery, Potentiometer, Quantity, Radio, Robot, Sensor};
 use crate::schema::Reader;
 use crate::tree::Table;
 
@@ -20,6 +21,9 @@ pub(super) fn check(robot: &Robot, table: &Table, reader: &mut Reader) {
     }
     if let Sensor::Potentiometer(potentiometer) = &robot.sensor {
         checks.potentiometer(potentiometer);
+    }
+    if let Some(radio) = &robot.radio {
+        checks.radio(radio);
     }
     if effects.battery_sag.is_some() && robot.supply.rail_v.value <= 0.0 {
         checks.wrong("effects.battery_sag", "needs a supply", "give supply.rail_v");
@@ -81,6 +85,38 @@ impl Checks<'_> {
                     "run `scram identify potentiometer` again",
                 );
             }
+        }
+    }
+
+    fn radio(&mut self, radio: &Radio) {
+        for (key, count) in [
+            ("radio.channel", &radio.channel),
+            ("radio.retries", &radio.retries),
+            ("radio.receive_queue", &radio.receive_queue),
+        ] {
+            self.whole(key, count.value);
+        }
+        for (key, rate) in [
+            ("radio.unicast_bit_per_s", &radio.unicast_bit_per_s),
+            ("radio.broadcast_bit_per_s", &radio.broadcast_bit_per_s),
+        ] {
+            if !BIT_RATES.contains(&rate.value) {
+                let help =
+                    "write 1e6, 2e6, 5.5e6, 11e6 (802.11b), 6e6, 9e6, 12e6, 18e6, 24e6, 36e6, 48e6 or 54e6 (802.11g)";
+                self.wrong(key, "is no bit rate of 802.11b or 802.11g", help);
+            }
+        }
+        self.ordered(("radio.handling_least_s", &radio.handling_least_s), ("handling_most_s", &radio.handling_most_s));
+        self.ordered(("radio.tail_least_s", &radio.tail_least_s), ("tail_most_s", &radio.tail_most_s));
+        let (least, most) = (&radio.late_callback_least_s, &radio.late_callback_most_s);
+        self.ordered(("radio.late_callback_least_s", least), ("late_callback_most_s", most));
+        self.ordered(("radio.quiet_loss_share", &radio.quiet_loss_share), ("loss_share", &radio.loss_share));
+        self.ordered(("radio.loss_share", &radio.loss_share), ("burst_loss_share", &radio.burst_loss_share));
+    }
+
+    fn ordered(&mut self, (path, less): (&str, &Quantity), (key, more): (&str, &Quantity)) {
+        if less.value > more.value {
+            self.wrong(path, &format!("must not be above {key}"), "compare the two values");
         }
     }
 }

@@ -133,9 +133,10 @@ pub(super) const GROUPS: &[(&str, &str, &[Number])] = &[
             ("supply_v", 0.0, 60.0, "Supply low: cell below this."),
             ("supply_persistence_s", 0.0, 10.0, "Supply low: seen so long."),
             ("supply_bound_s", 0.0, 10.0, "Supply low: bridge off at the latest after."),
-            ("command_age_s", 0.0, 60.0, "Command too old: older than this."),
-            ("command_persistence_s", 0.0, 10.0, "Command too old: seen so long."),
-            ("command_bound_s", 0.0, 10.0, "Command too old: bridge off at the latest so long after the last command."),
+            ("link_slow_s", 0.0, 1.0, "No sign of life for longer: the duty fades to zero until `command_age_s`."),
+            ("command_age_s", 0.0, 1.0, "Command too old: older than this."),
+            ("command_persistence_s", 0.0, 1.0, "Command too old: seen so long."),
+            ("command_bound_s", 0.0, 2.0, "Command too old: bridge off at the latest so long after the last command."),
             (
                 "clock_gap_s",
                 1e-3,
@@ -149,7 +150,7 @@ pub(super) const GROUPS: &[(&str, &str, &[Number])] = &[
                 10.0,
                 "Clock: bridge off at the latest after, while samples come every 25 ms at least.",
             ),
-            ("driven_duty", 0.0, 1.0, "|duty| from which on the shaft counts as driven hard."),
+            ("driven_duty", 0.01, 1.0, "|duty| from which on the shaft counts as driven hard."),
         ],
     ),
     (

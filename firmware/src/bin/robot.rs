@@ -3,26 +3,35 @@
 #![no_std]
 #![no_main]
 
+use core::ops::Range;
+
 use control::protocol::radio::Reset;
+use control::protocol::secure::Ear;
 use control::{Controller, ParameterError};
 use embassy_executor::{SpawnError, Spawner, task};
 use esp_hal::clock::CpuClock;
-use esp_hal::peripherals::TIMG1;
+use esp_hal::peripherals::{TIMG1, WIFI};
+use esp_hal::rng::TrngError;
 use esp_hal::time::Duration;
 use esp_hal::timer::timg::TimerGroup;
 use esp_hal::{Config, main};
 use esp_println::println;
 use esp_rtos::embassy::InterruptExecutor;
 use firmware::adc::Inputs;
-use firmware::board::{self, Analog, BridgePins, Robot};
+use firmware::board::{self, Analog, BridgePins, Robot, SerialReceiver, SerialSender};
 use firmware::bridge::PwmBridge;
-use firmware::flash::Flash;
+use firmware::flash::{Flash, PAIRING, PARAMETERS};
 use firmware::led::StatusLed;
 use firmware::radio::{self, HEAP_BYTES, RadioError, Receiver, Sender};
+use firmware::random::Random;
+use firmware::reset::SoftwareReset;
 use firmware::watchdog::{self, Watchdog};
 use firmware::{reset, tick};
+use shell::board::{Address, Encryption};
 use shell::image::Image;
-use shell::robot::{About, Parts, Shared, period_us};
+use shell::robot::{About, Booted, Identity, Parts, Shared, period_us};
+use shell::store::Partitions;
+use shell::store::pairing::Pairing;
 use static_cell::StaticCell;
 
 esp_bootloader_esp_idf::esp_app_desc!();
@@ -34,6 +43,8 @@ static SHARED: Shared = Shared::new();
 static CONTROLLER: StaticCell<Controller> = StaticCell::new();
 static IMAGE: StaticCell<Image> = StaticCell::new();
 static ABOUT: StaticCell<About> = StaticCell::new();
+static IDENTITY: StaticCell<Identity> = StaticCell::new();
+static PARTITIONS: StaticCell<Partitions> = StaticCell::new();
 static LOOP: StaticCell<InterruptExecutor<2>> = StaticCell::new();
 
 #[main]
@@ -57,22 +68,64 @@ async fn start(spawner: Spawner, board: Robot, reset: Reset) -> Result<(), BootE
 
     let image = IMAGE.init(Image::read(BUILT_IN).map_err(BootError::Image)?);
     let mut flash = Flash::new(board.flash);
-    let partition = flash.parameters().unwrap_or_else(|| {
-        println!("no partition for parameters, the factory's are used: flash with this project's partitions.csv");
-        0..0
-    });
-    let (about, controller) = shell::robot::boot(&mut flash, partition, &image.settings, reset).await;
+    let partitions = PARTITIONS
+        .init(Partitions { parameters: partition(&mut flash, PARAMETERS), pairing: partition(&mut flash, PAIRING) });
+    let Booted { about, controller, pairing } =
+        shell::robot::boot(&mut flash, partitions, &image.settings, reset).await;
     println!("{} on {}, reset: {:?}, parameters: {:?}", about.name, board::NAME, about.reset, about.parameters);
     let controller = CONTROLLER.init(controller.map_err(BootError::Parameters)?);
-    let about = ABOUT.init(about);
+    let console = pairing.as_ref().ok().map(|pairing| pairing.console);
+    let identity = IDENTITY.init(Identity { address: radio::address(), name: about.name.clone(), console });
 
-    let (receiver, sender) = radio::start(board.radio)?;
-    println!("radio address {:02x?}, channel {}", radio::address(), radio::CHANNEL);
+    // The radio is started before the control loop, which keeps everything below it waiting.
+    let talking = match pairing {
+        Ok(pairing) => talk(board.radio, &pairing)?,
+        Err(why) => {
+            println!("obeys nobody: {why}. The radio stays off. To pair it:  scram pair --port PORT --dongle PORT");
+            None
+        }
+    };
     let above = LOOP.init(InterruptExecutor::new(board.loop_interrupt)).start(tick::PRIORITY);
     above.spawn(control_loop(board.analog, board.bridge, board.loop_timer, watchdog, controller, image)?);
-    spawner.spawn(receive(receiver)?);
-    spawner.spawn(send(sender, about)?);
+    spawner.spawn(keep(flash, partitions, image)?);
+    spawner.spawn(pair(board.serial_receiver, board.serial_sender, identity)?);
+    if let Some(Talking { receiver, sender, ear, random, console }) = talking {
+        spawner.spawn(receive(receiver, ear, console, random)?);
+        spawner.spawn(send(sender, console, ABOUT.init(about))?);
+    }
     Ok(())
+}
+
+/// Where a partition is; nowhere, if the flash has none, and then nothing is found or kept there.
+fn partition(flash: &mut Flash, label: &str) -> Range<u32> {
+    flash.partition(label).unwrap_or_else(|| {
+        println!("no partition `{label}`, nothing is kept there: flash with this project's partitions.csv");
+        0..0
+    })
+}
+
+/// What it takes to talk with the console.
+struct Talking {
+    receiver: Receiver,
+    sender: Sender,
+    ear: Ear,
+    random: Random,
+    console: Address,
+}
+
+/// Starts the radio for the one console. Without one where the radio refuses its address or its keys: the robot can still be
+/// paired anew.
+fn talk(wifi: WIFI<'static>, pairing: &Pairing) -> Result<Option<Talking>, BootError> {
+    let (receiver, mut sender) = radio::start(wifi)?;
+    sender.primary(&pairing.primary);
+    if !sender.meet(&pairing.console, &pairing.local) {
+        println!("the radio refuses the pairing with {:02x?}: pair again", pairing.console);
+        return Ok(None);
+    }
+    let random = Random::new().map_err(BootError::Random)?;
+    let console = pairing.console;
+    println!("radio address {:02x?}, channel {}, obeys {console:02x?}", radio::address(), radio::CHANNEL);
+    Ok(Some(Talking { receiver, sender, ear: Ear::new(pairing.key.clone()), random, console }))
 }
 
 /// Why the robot does not start.
@@ -84,6 +137,8 @@ enum BootError {
     Parameters(ParameterError),
     #[error("{0}")]
     Radio(#[from] RadioError),
+    #[error("the radio runs, and yet the chip has no true randomness: {0:?}")]
+    Random(TrngError),
     #[error("a task was started twice")]
     Task(#[from] SpawnError),
 }
@@ -110,13 +165,23 @@ async fn control_loop(
 }
 
 #[task]
-async fn receive(receiver: Receiver) {
-    shell::robot::receive(receiver, &SHARED).await
+async fn receive(receiver: Receiver, ear: Ear, console: Address, random: Random) {
+    shell::robot::receive(receiver, ear, console, random, &SHARED).await
 }
 
 #[task]
-async fn send(sender: Sender, about: &'static About) {
-    shell::robot::send(sender, about, &SHARED).await
+async fn send(sender: Sender, console: Address, about: &'static About) {
+    shell::robot::send(sender, console, about, &SHARED).await
+}
+
+#[task]
+async fn keep(flash: Flash, partitions: &'static Partitions, image: &'static Image) {
+    shell::robot::keep(flash, partitions, &image.settings.parameters, &SHARED).await
+}
+
+#[task]
+async fn pair(from_host: SerialReceiver, to_host: SerialSender, identity: &'static Identity) {
+    shell::robot::pair(from_host, to_host, SoftwareReset, identity, &SHARED).await
 }
 
 #[task]

@@ -5,7 +5,7 @@ use control::protocol::frame::BAUD;
 use control::protocol::lockstep::Target;
 use control::protocol::radio::Reset;
 use esp_hal::analog::adc::AdcCalLine;
-use esp_hal::peripherals::{ADC1, GPIO34, GPIO35, LPWR, Peripherals};
+use esp_hal::peripherals::{ADC1, GPIO1, GPIO3, GPIO34, GPIO35, LPWR, Peripherals, UART0};
 use esp_hal::rtc_cntl::SocResetReason;
 use esp_hal::uart::{Config, Uart, UartRx, UartTx};
 use esp_hal::xtensa_lx_rt::xtensa_lx::timer::get_cycle_count;
@@ -30,10 +30,13 @@ pub type Calibration = AdcCalLine<ADC1<'static>>;
 pub(super) const ENABLE: u8 = 27;
 
 pub(super) fn robot(p: Peripherals) -> Robot {
+    let (serial_receiver, serial_sender) = serial(p.UART0, p.GPIO3, p.GPIO1).into_async().split();
     Robot {
         analog: Analog { adc: p.ADC1, wiper: p.GPIO34, cell: p.GPIO35 },
         bridge: BridgePins { ledc: p.LEDC, in1: p.GPIO25.into(), in2: p.GPIO26.into(), enable: p.GPIO27.into() },
         led: p.GPIO23.into(),
+        serial_receiver,
+        serial_sender,
         radio: p.WIFI,
         flash: p.FLASH,
         watchdog: p.RTC_TIMER,
@@ -44,8 +47,7 @@ pub(super) fn robot(p: Peripherals) -> Robot {
 }
 
 pub(super) fn dongle(p: Peripherals) -> Dongle {
-    let uart = Uart::new(p.UART0, Config::default().with_baudrate(BAUD)).expect("the chip has this baud rate");
-    let (serial_receiver, serial_sender) = uart.with_rx(p.GPIO3).with_tx(p.GPIO1).into_async().split();
+    let (serial_receiver, serial_sender) = serial(p.UART0, p.GPIO3, p.GPIO1).into_async().split();
     let scheduler = Scheduler { timer: p.TIMG0, interrupt: p.FROM_CPU_INTR0 };
     Dongle { serial_receiver, serial_sender, radio: p.WIFI, scheduler }
 }
@@ -58,8 +60,13 @@ pub type SerialSender = UartTx<'static, Async>;
 /// The line to the host for `scram hil`.
 #[must_use]
 pub fn lockstep_serial(p: Peripherals) -> Uart<'static, Blocking> {
-    let uart = Uart::new(p.UART0, Config::default().with_baudrate(BAUD)).expect("the chip has this baud rate");
-    uart.with_rx(p.GPIO3).with_tx(p.GPIO1)
+    serial(p.UART0, p.GPIO3, p.GPIO1)
+}
+
+/// The line to the board's USB bridge.
+fn serial(uart: UART0<'static>, rx: GPIO3<'static>, tx: GPIO1<'static>) -> Uart<'static, Blocking> {
+    let uart = Uart::new(uart, Config::default().with_baudrate(BAUD)).expect("the chip has this baud rate");
+    uart.with_rx(rx).with_tx(tx)
 }
 
 /// Reset reasons that only this chip has.

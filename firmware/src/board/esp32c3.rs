@@ -26,10 +26,14 @@ pub type Calibration = AdcCalCurve<ADC1<'static>>;
 pub(super) const ENABLE: u8 = 10;
 
 pub(super) fn robot(p: Peripherals) -> Robot {
+    // The chip's own USB, GPIO18 and GPIO19.
+    let (serial_receiver, serial_sender) = UsbSerialJtag::new(p.USB_DEVICE).into_async().split();
     Robot {
         analog: Analog { adc: p.ADC1, wiper: p.GPIO0, cell: p.GPIO1 },
         bridge: BridgePins { ledc: p.LEDC, in1: p.GPIO4.into(), in2: p.GPIO5.into(), enable: p.GPIO10.into() },
         led: p.GPIO7.into(),
+        serial_receiver,
+        serial_sender,
         radio: p.WIFI,
         flash: p.FLASH,
         watchdog: p.RTC_TIMER,

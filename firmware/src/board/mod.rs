@@ -62,7 +62,11 @@ pub struct Robot {
     pub led: AnyPin<'static>,
     /// The radio.
     pub radio: WIFI<'static>,
-    /// The parameters' flash.
+    /// To a computer, receiving half.
+    pub serial_receiver: SerialReceiver,
+    /// To a computer, sending half. The console's text is printed on the same line.
+    pub serial_sender: SerialSender,
+    /// The flash, with the parameters and the pairing.
     pub flash: FLASH<'static>,
     /// The watchdog's timer.
     pub watchdog: RTC_TIMER<'static>,

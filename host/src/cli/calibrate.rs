@@ -14,10 +14,11 @@ use description::design::design;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
 use scram::identify::{IdentifyError, PotentiometerFit, potentiometer, require_potentiometer};
-use scram::link::{self, LinkError, Recorder, SerialLine, Session, Spin};
+use scram::link::{self, LinkError, Recorder, RobotId, SerialLine, Session, Spin};
 use scram::recording::{Metadata, Recording, write_csv_with, write_mcap_with};
 use serde::Serialize;
 
+use super::pair::KeysFile;
 use super::sim::listed;
 use super::{Common, Done, identify, print, print_json};
 
@@ -57,6 +58,8 @@ pub struct Calibrate {
     /// The robot's radio address, where more than one is switched on
     #[arg(long, value_name = "MAC", value_parser = link::parse_address)]
     address: Option<Address>,
+    #[command(flatten)]
+    keys: KeysFile,
     /// Start without asking
     #[arg(long, short)]
     yes: bool,
@@ -86,22 +89,25 @@ impl Calibrate {
     pub fn run(&self) -> Done {
         // Whatever can be refused is refused before anything moves.
         let expected = self.expected()?;
+        let keys = self.keys.load()?;
         let line = SerialLine::open(&self.port).map_err(Report::from)?;
         eprintln!("1/4  Looking for the dongle on {}", self.port);
-        let mut session = Session::open(line, DONGLE_PATIENCE).map_err(Report::from)?;
+        let mut session =
+            Session::open(line, &keys, link::nonces().map_err(Report::from)?, DONGLE_PATIENCE).map_err(Report::from)?;
         eprintln!("     dongle {}, channel {}", link::address(&session.address()), session.channel());
         let robot = self.find(&mut session, &expected.robot)?;
         self.ask(&mut session)?;
         let spin = spin(&mut session, robot, &expected)?;
         if spin.recorder.lost_share() > LOSSY {
-            eprintln!("{}", losses(&mut session, &robot));
+            eprintln!("{}", losses(&mut session, robot));
         }
+        let address = session.robot(robot).address();
         let mut recording = spin.recorder.recording(expected.tick_s);
         // What the correction names as its source.
         recording.path = PathBuf::from("run.mcap");
         match spin.end.map_err(Report::from).and_then(|()| judge(&spin.recorder, &recording, &expected)) {
-            Ok(fit) => self.succeed(&fit, &recording, &spin.recorder, robot, &expected.robot),
-            Err(error) => Err(self.fail(error, &recording, &spin.recorder, robot, &expected.robot).into()),
+            Ok(fit) => self.succeed(&fit, &recording, &spin.recorder, address, &expected.robot),
+            Err(error) => Err(self.fail(error, &recording, &spin.recorder, address, &expected.robot).into()),
         }
     }
 
@@ -122,20 +128,20 @@ impl Calibrate {
         Ok(Expected { robot, tick_s, ceiling_hz })
     }
 
-    fn find(&self, session: &mut Session<SerialLine>, robot: &Robot) -> Result<Address, Report> {
+    fn find(&self, session: &mut Session<SerialLine>, robot: &Robot) -> Result<RobotId, Report> {
         eprintln!("2/4  Put the battery in. Looking for the robot");
         let found = session.find(self.address, ROBOT_PATIENCE)?;
-        let Some(station) = session.station(&found) else { return Ok(found) };
-        for line in link::station(&found, station) {
+        let (found_robot, now) = (session.robot(found), session.now());
+        for line in link::robot(found_robot, now) {
             eprintln!("     {line}");
         }
-        if let Some(status) = &station.status
+        if let Some(status) = found_robot.status()
             && status.name != robot.name.as_str()
         {
             let (name, expected) = (status.name.to_string(), robot.name.clone());
             return Err(LinkError::OtherRobot { name, expected }.into());
         }
-        if let Some(fault) = station.telemetry.as_ref().and_then(|batch| batch.fault) {
+        if let Some(fault) = found_robot.telemetry().and_then(|batch| batch.fault) {
             eprintln!("     Fault: {}.", link::fault(fault).0);
             eprintln!("     It is cleared before the motor starts.");
         }
@@ -259,7 +265,7 @@ fn judge(recorder: &Recorder, recording: &Recording, expected: &Expected) -> Res
 }
 
 /// Spins the robot behind a progress bar. Ctrl-C, the end of the terminal and `kill` stop the motor first.
-fn spin(session: &mut Session<SerialLine>, robot: Address, expected: &Expected) -> Result<Spin, Report> {
+fn spin(session: &mut Session<SerialLine>, robot: RobotId, expected: &Expected) -> Result<Spin, Report> {
     let cancelled = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&cancelled);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
@@ -285,12 +291,12 @@ fn spin(session: &mut Session<SerialLine>, robot: Address, expected: &Expected) 
 }
 
 /// Where telemetry got lost, in words.
-fn losses(session: &mut Session<SerialLine>, robot: &Address) -> String {
+fn losses(session: &mut Session<SerialLine>, robot: RobotId) -> String {
     let dongle = session.count(COUNT_PATIENCE).ok().flatten().unwrap_or_default();
     let bad_frames = session.counts().bad_frames;
-    let station = session.station(robot);
-    let missing = station.map_or(0, |station| station.lost);
-    let robot = station.and_then(|station| station.status.as_ref()).map(|status| status.counters).unwrap_or_default();
+    let robot = session.robot(robot);
+    let missing = robot.missing();
+    let robot = robot.status().map(|status| status.counters).unwrap_or_default();
     format!(
         "     Many. Since they were switched on, the robot missed {} ticks and dropped {},\n     \
          the dongle dropped {} messages, {bad_frames} were damaged on the cable. In this session\n     \

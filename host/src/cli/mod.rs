@@ -1,10 +1,14 @@
 //! The command line: one file per subcommand. Results go to stdout, progress and messages to stderr.
 
 mod calibrate;
+mod completions;
+mod console;
 mod design;
 mod diagnose;
 mod hil;
 mod identify;
+mod pair;
+mod replay;
 mod sim;
 mod table;
 
@@ -33,8 +37,12 @@ enum Sub {
     Design(design::Design),
     #[command(subcommand)]
     Identify(identify::Identify),
+    Pair(pair::Pair),
     Calibrate(calibrate::Calibrate),
+    Console(console::Console),
     Diagnose(diagnose::Diagnose),
+    Completions(completions::Completions),
+    Replay(replay::Replay),
 }
 
 /// What every subcommand takes.
@@ -82,8 +90,15 @@ pub fn run() -> ExitCode {
         Sub::Hil(command) => command.run(),
         Sub::Design(command) => command.run(),
         Sub::Identify(command) => command.run(),
+        Sub::Pair(command) => command.run(),
         Sub::Calibrate(command) => command.run(),
+        Sub::Console(command) => match command.run() {
+            Ok(code) => return code,
+            Err(failure) => Err(failure),
+        },
         Sub::Diagnose(command) => command.run(),
+        Sub::Completions(command) => command.run(),
+        Sub::Replay(command) => command.run(),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

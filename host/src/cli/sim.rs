@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use control::State;
 use miette::{Report, miette};
 use scram::plot::{PLOT_NAMES, plots};
-use scram::recording::{Metadata, write_csv_with, write_mcap_with};
+use scram::recording::{Metadata, write_csv_run, write_mcap_run};
 use scram::sim::{self, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace};
 use serde::Serialize;
 
@@ -136,17 +137,20 @@ impl Run {
     fn write(&self, trace: &Trace, robot: &description::Robot) -> Result<Vec<PathBuf>, Report> {
         let recording = sim::recording(trace, robot);
         let extra = sim::extra_columns(trace);
+        let log = sim::run_log(trace, robot);
         let metadata = Metadata {
             robot: Some(robot.name.clone()),
             excitation: Some(self.drive.clone()),
             seed: i64::try_from(self.common.seed).ok().map(i64::unsigned_abs),
+            // Both `sim` and `hil` begin with a new controller.
+            start_state: Some(State::Idle),
             ..Metadata::default()
         };
         let drawn = plots(trace)?;
         let out = &self.common.out;
         let mut files = vec![out.join("run.mcap"), out.join("run.csv")];
-        write_mcap_with(&files[0], &recording, &extra, &metadata)?;
-        write_csv_with(&files[1], &recording, &extra, &metadata)?;
+        write_mcap_run(&files[0], &recording, &extra, &log, &metadata)?;
+        write_csv_run(&files[1], &recording, &extra, &log, &metadata)?;
         for (name, svg) in &drawn {
             files.push(self.common.write(&format!("{name}.svg"), svg)?);
         }

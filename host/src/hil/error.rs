@@ -69,13 +69,13 @@ pub enum HilError {
         counts: Counts,
     },
     /// The chip's messages are not ours.
-    #[error("the chip speaks version {theirs} of the protocol, this program {VERSION}")]
+    #[error("the chip speaks version {theirs:08x} of the protocol, this program {VERSION:08x}")]
     #[diagnostic(help(
         "build both from the same sources: flash `hil` again (`cargo flash-hil`), or `cargo run -p xtask -- build-pil`"
     ))]
     Version {
         /// The chip's.
-        theirs: u16,
+        theirs: u32,
     },
     /// The chip has forgotten the run.
     #[error("the chip lost its controller in the middle of the run")]

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use control::protocol::dongle::Address;
 use control::{Fault, Refusal, protocol};
 use miette::Diagnostic;
 use thiserror::Error;
@@ -26,14 +27,14 @@ pub enum LinkError {
         bad_frames: u32,
     },
     /// Another version of the messages.
-    #[error("the dongle speaks version {dongle} of the messages, this program version {}", protocol::VERSION)]
+    #[error("the dongle speaks version {dongle:08x} of the messages, this program version {:08x}", protocol::VERSION)]
     #[diagnostic(help(
         "build both from one state of the project: `cargo flash-dongle esp32c3` (or esp32), and `cargo flash-robot` for \
          the robot"
     ))]
     Version {
         /// The dongle's.
-        dongle: u16,
+        dongle: u32,
     },
     /// The dongle has stopped answering.
     #[error("the dongle has been silent for {:.1} s", silent.as_secs_f64())]
@@ -42,11 +43,61 @@ pub enum LinkError {
         /// For so long.
         silent: Duration,
     },
-    /// No robot, or not the one that was named.
-    #[error("{wanted} is not heard on channel {channel}; {others}")]
+    /// The robots obey another dongle.
+    #[error(
+        "this is dongle {}; the robots whose keys are here obey dongle {}",
+        super::address(dongle),
+        super::address(paired)
+    )]
+    #[diagnostic(help("plug that one in, or pair the robots with this one: `scram pair`"))]
+    OtherDongle {
+        /// The one that is plugged in.
+        dongle: Address,
+        /// The one of the keys.
+        paired: Address,
+    },
+    /// A robot whose keys are not here, or that does not keep them.
+    #[error("robot {} is not paired with this console", super::address(address))]
     #[diagnostic(help(
-        "is the battery in, and does the robot's LED flash? Robot and dongle must be of one version and on one channel; a \
-         signal below -85 dBm is too weak"
+        "pair it over its USB cable: `scram pair`; if that is what failed, stop its motor first, and flash it with this \
+         project's partitions.csv"
+    ))]
+    NotPaired {
+        /// Which.
+        address: Address,
+    },
+    /// A robot of another version.
+    #[error(
+        "robot {} speaks version {robot:08x} of the messages, this program version {:08x}",
+        super::address(address),
+        protocol::VERSION
+    )]
+    #[diagnostic(help("build all from one state of the project: `cargo flash-robot esp32` (or esp32c3)"))]
+    RobotVersion {
+        /// Which.
+        address: Address,
+        /// Its version.
+        robot: u32,
+    },
+    /// The robot on the cable is of another version.
+    #[error("the robot speaks version {robot:08x} of the messages, this program version {:08x}", protocol::VERSION)]
+    #[diagnostic(help("build both from one state of the project: `cargo flash-robot esp32` (or esp32c3)"))]
+    CabledVersion {
+        /// Its version.
+        robot: u32,
+    },
+    /// Nothing that could be a robot.
+    #[error("no robot answers on this port")]
+    #[diagnostic(help(
+        "is this the robot's own USB cable? Put its firmware on it with `cargo flash-robot esp32` (or esp32c3), then press \
+         its reset button"
+    ))]
+    NoCabledRobot,
+    /// No robot, or not the one that was named.
+    #[error("{wanted} does not answer on channel {channel}; {others}")]
+    #[diagnostic(help(
+        "is the battery in, and does the robot's LED flash? Is it paired with this console (`scram pair`)? Robot and dongle \
+         must be of one version and on one channel"
     ))]
     NoRobot {
         /// Who.
@@ -88,7 +139,7 @@ pub enum LinkError {
         fault: Fault,
     },
     /// The robot says no.
-    #[error("the robot refuses: {}", refused(*refusal))]
+    #[error("the robot refuses: {}", super::refusal(*refusal))]
     #[diagnostic(help("{}", refusal_help(*refusal)))]
     Refused {
         /// Why.
@@ -131,14 +182,6 @@ fn answered(bytes: u64, bad_frames: u32) -> String {
         (0, _) => "not a byte came".to_owned(),
         (_, 0) => format!("{bytes} bytes came, but no whole message"),
         _ => format!("{bytes} bytes came, which are no dongle's messages of this version"),
-    }
-}
-
-fn refused(refusal: Refusal) -> String {
-    match refusal {
-        Refusal::Faulted(fault) => format!("it has stopped itself: {}", super::fault(fault).0),
-        Refusal::CausePersists(fault) => format!("the cause of its fault is still there: {}", super::fault(fault).0),
-        other => other.to_string(),
     }
 }
 

@@ -1,77 +1,88 @@
-//! Which robot there is.
+//! Waiting for a robot, and for an order's end.
 
 use std::time::Duration;
 
-use control::Command;
-use control::protocol::VERSION;
 use control::protocol::dongle::Address;
+use control::protocol::radio::What;
 
-use super::{Line, LinkError, Session, words};
+use super::{Event, Heard, Line, LinkError, Outcome, RobotId, Session, words};
 
-/// Every robot.
-pub const BROADCAST: Address = [0xff; 6];
-
-/// Others may be heard for so long after the first robot. Each tells its status once a second.
-const SETTLE: Duration = Duration::from_millis(1300);
+/// Others may come for so long after the first robot.
+const SETTLE: Duration = Duration::from_millis(700);
 
 impl<L: Line> Session<L> {
-    /// Tells every robot to stay idle and waits for one to answer: the one that is named, or the only one.
+    /// Waits for a robot: the one that is named, or the only one that is switched on.
     ///
     /// # Errors
-    /// None answers, or more than one; the line breaks.
-    pub fn find(&mut self, wanted: Option<Address>, patience: Duration) -> Result<Address, LinkError> {
-        // A robot talks to the address that it last heard.
-        self.hold(wanted.unwrap_or(BROADCAST), Command::Idle)?;
+    /// None is there, or more than one; the line breaks.
+    pub fn find(&mut self, wanted: Option<Address>, patience: Duration) -> Result<RobotId, LinkError> {
+        if let Some(address) = wanted
+            && self.robots().all(|(_, robot)| robot.address() != address)
+        {
+            return Err(LinkError::NotPaired { address });
+        }
         let start = self.now();
         let mut first = None;
         while self.now().saturating_sub(start) < patience {
             self.poll()?;
-            let robots = self.robots();
-            let found = wanted.map_or_else(|| robots.first().copied(), |one| robots.contains(&one).then_some(one));
-            let Some(found) = found else { continue };
+            let present = self.present();
+            let fits = |id: &RobotId| wanted.is_none_or(|address| self.robot(*id).address() == address);
+            let Some(found) = present.iter().copied().find(fits) else { continue };
             let since = *first.get_or_insert(self.now());
-            let known = wanted.is_some() && self.stations.get(&found).is_some_and(|station| station.status.is_some());
-            if !known && self.now().saturating_sub(since) < SETTLE {
+            // Its status comes with the beginning of the session.
+            if self.robot(found).status().is_none() || wanted.is_none() && self.now().saturating_sub(since) < SETTLE {
                 continue;
             }
-            if wanted.is_none() && robots.len() > 1 {
-                return Err(LinkError::ManyRobots { robots: self.list(&robots) });
+            if wanted.is_none() && present.len() > 1 {
+                return Err(LinkError::ManyRobots { robots: self.list(&present) });
             }
-            self.hold(found, Command::Idle)?;
             return Ok(found);
         }
-        Err(LinkError::NoRobot {
+        Err(self.nobody(wanted))
+    }
+
+    /// Orders something and waits for its end. Everything that happens meanwhile goes to `heard`.
+    ///
+    /// # Errors
+    /// The line breaks.
+    pub fn ask(&mut self, id: RobotId, what: What, mut heard: impl FnMut(&Heard)) -> Result<Outcome, LinkError> {
+        let asked = self.order(id, what);
+        loop {
+            let Some(happened) = self.poll()? else { continue };
+            heard(&happened);
+            if let Event::Answered { number, outcome, .. } = happened.event
+                && happened.robot == id
+                && number == asked
+            {
+                return Ok(outcome);
+            }
+        }
+    }
+
+    fn present(&self) -> Vec<RobotId> {
+        self.robots().filter(|(_, robot)| robot.is_present()).map(|(id, _)| id).collect()
+    }
+
+    fn list(&self, robots: &[RobotId]) -> String {
+        let one = |id: &RobotId| {
+            let robot = self.robot(*id);
+            format!("{} ({})", words::address(&robot.address()), robot.name())
+        };
+        robots.iter().map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    fn nobody(&self, wanted: Option<Address>) -> LinkError {
+        let wanted_robot = |address: Address| wanted.is_none_or(|wanted| wanted == address);
+        let older = self.robots().find(|(_, robot)| wanted_robot(robot.address()) && robot.other_version().is_some());
+        if let Some((_, robot)) = older {
+            let address = robot.address();
+            return LinkError::RobotVersion { address, robot: robot.other_version().unwrap_or_default() };
+        }
+        let present = self.present();
+        LinkError::NoRobot {
             wanted: wanted.map_or_else(|| "a robot".to_owned(), |one| format!("robot {}", words::address(&one))),
             channel: self.channel(),
-            others: self.others(),
-        })
-    }
-
-    fn robots(&self) -> Vec<Address> {
-        self.stations.iter().filter(|(_, station)| station.is_robot()).map(|(address, _)| *address).collect()
-    }
-
-    fn list(&self, addresses: &[Address]) -> String {
-        let one = |address: &Address| {
-            let rssi = self.stations.get(address).map_or(0, |station| station.rssi);
-            format!("{} ({rssi} dBm)", words::address(address))
-        };
-        addresses.iter().map(one).collect::<Vec<_>>().join(", ")
-    }
-
-    /// What else was heard.
-    fn others(&self) -> String {
-        let robots = self.robots();
-        let strangers: Vec<Address> = self.stations.keys().filter(|key| !robots.contains(key)).copied().collect();
-        let older = self.stations.values().find_map(|station| station.other_version);
-        match (robots.is_empty(), older, strangers.is_empty()) {
-            (false, _, _) => format!("heard: {}", self.list(&robots)),
-            (true, Some(version), _) => {
-                let list = self.list(&strangers);
-                format!("heard: {list}, which speaks version {version} of the messages and not {VERSION}")
-            }
-            (true, None, false) => format!("heard, but no robot: {}", self.list(&strangers)),
-            (true, None, true) => "nothing else is heard either".to_owned(),
+            others: if present.is_empty() { "nothing else either".into() } else { self.list(&present) },
         }
     }
 }

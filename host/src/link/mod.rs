@@ -1,11 +1,16 @@
-//! A robot through a dongle: a [`Session`] on a serial line carries commands out and telemetry in, a [`Recorder`] makes
-//! a recording of the telemetry, and [`spin`] is one run at constant duty that ends with the bridge off.
+//! Robots through a dongle: a [`Session`] on a serial line carries orders out and telemetry in, with the [`Keys`] of the
+//! robots that obey this console; a [`Recorder`] makes a recording of the telemetry, and [`spin`] is one run at constant duty
+//! that ends with the bridge off. The protocol: `docs/link.md`.
 //!
 //! Nothing here reads a clock: a [`Line`] brings its own, so that tests run whole sessions in virtual time.
 
 mod error;
 mod find;
+mod keys;
+mod pair;
+mod quality;
 mod recorder;
+mod robot;
 mod session;
 mod spin;
 mod words;
@@ -13,14 +18,18 @@ mod words;
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
+use control::protocol::secure::Nonce;
 use serialport::SerialPort;
 
 pub use error::LinkError;
-pub use find::BROADCAST;
+pub use keys::{Keys, KeysError, KnownRobot, random};
+pub use pair::{Cabled, dongle_address};
+pub use quality::Quality;
 pub use recorder::Recorder;
-pub use session::{Counts, Heard, Session, Station};
+pub use robot::{Event, Outcome, Robot};
+pub use session::{BROADCAST, Counts, Heard, RobotId, Session};
 pub use spin::{Spin, spin};
-pub use words::{address, fault, parse_address, reset, source, station};
+pub use words::{address, fault, outcome, parse_address, refusal, reset, robot, source, state};
 
 use crate::serial::{self, SerialError};
 
@@ -31,8 +40,28 @@ pub trait Line: Read + Write {
     fn now(&self) -> Duration;
 }
 
+/// Nonces from the operating system's random generator. It is asked once, at the beginning, whether it answers.
+///
+/// # Errors
+/// It does not.
+pub fn nonces() -> Result<Box<dyn FnMut() -> Nonce + Send>, KeysError> {
+    let mut last: [u8; 8] = random()?;
+    Ok(Box::new(move || {
+        // Should it fall silent later, a number that was not used before is still better than none.
+        last = random().unwrap_or_else(|_| u64::from_le_bytes(last).wrapping_add(1).to_le_bytes());
+        Nonce(last)
+    }))
+}
+
+/// A dongle on the test bench, in virtual time.
+impl Line for workbench::host_end::HostEnd {
+    fn now(&self) -> Duration {
+        self.now()
+    }
+}
+
 /// How long a read of a [`SerialLine`] waits.
-const READ_TIMEOUT: Duration = Duration::from_millis(10);
+const READ_TIMEOUT: Duration = Duration::from_millis(2);
 
 /// A real serial port.
 pub struct SerialLine {

@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use control::protocol::dongle::Address;
-use control::protocol::radio::FromRobot;
-use control::{Command, Fault, Refusal, State};
+use control::protocol::radio::What;
+use control::{Command, Fault, State};
 
-use super::{Heard, Line, LinkError, Recorder, Session, words};
+use super::{Event, Heard, Line, LinkError, Outcome, Recorder, RobotId, Session, words};
 
 /// A robot sends a hundred batches a second: without any for so long it is gone.
 const ROBOT_SILENT: Duration = Duration::from_millis(500);
@@ -28,7 +27,7 @@ pub struct Spin {
 /// and its answer is waited for. `on_tick` gets the number of ticks driven so far and says whether to go on.
 pub fn spin<L: Line>(
     session: &mut Session<L>,
-    robot: Address,
+    robot: RobotId,
     duty: f32,
     ticks: u64,
     on_tick: &mut dyn FnMut(u64) -> bool,
@@ -36,79 +35,106 @@ pub fn spin<L: Line>(
     let mut recorder = Recorder::default();
     let mut end =
         clear_fault(session, robot, on_tick).and_then(|()| drive(session, robot, duty, ticks, &mut recorder, on_tick));
-    if let Err(LinkError::RobotRestarted { why }) = &mut end {
-        *why = session
-            .station(&robot)
-            .and_then(|station| station.status.as_ref())
-            .map(|status| words::reset(status.reset));
-    }
-    let stopped = session.stop(robot, EFFECT, |heard| {
+    let stopped = session.stop_and_wait(robot, EFFECT, |heard| {
         // The shaft running out belongs to the recording; what comes after a restart does not.
         if end.is_ok()
-            && heard.from == robot
-            && let FromRobot::Telemetry(batch) = &heard.message
+            && heard.robot == robot
+            && let Event::Telemetry(batch) = &heard.event
         {
             let _ = recorder.take(batch, heard.at);
         }
     });
+    if let Err(LinkError::RobotRestarted { why }) = &mut end {
+        *why = session.robot(robot).status().map(|status| words::reset(status.reset));
+    }
     Spin { recorder, end, stopped }
+}
+
+impl<L: Line> Session<L> {
+    /// Ends whatever a robot does and waits until it says so: false if it has not after `patience`. Its own limit on the
+    /// age of heartbeats stops it then.
+    pub fn stop_and_wait(&mut self, robot: RobotId, patience: Duration, mut heard: impl FnMut(&Heard)) -> bool {
+        let start = self.now();
+        let mut told = self.stop(robot);
+        while told.is_ok() && self.now().saturating_sub(start) < patience {
+            match self.poll() {
+                Ok(Some(message)) => {
+                    heard(&message);
+                    if message.robot == robot && message.event == Event::Stopped {
+                        return true;
+                    }
+                }
+                // A dongle may find its voice again, and a robot that has restarted may come back.
+                Ok(None) | Err(LinkError::DongleSilent { .. }) => {}
+                Err(error) => told = Err(error),
+            }
+            let at_rest = self.robot(robot).telemetry().is_some_and(|batch| !batch.state.is_driving());
+            if self.robot(robot).is_present() && !self.robot(robot).is_stopping() && at_rest {
+                return true;
+            }
+        }
+        false
+    }
 }
 
 fn clear_fault<L: Line>(
     session: &mut Session<L>,
-    robot: Address,
+    robot: RobotId,
     on_tick: &mut dyn FnMut(u64) -> bool,
 ) -> Result<(), LinkError> {
-    session.hold(robot, Command::Idle)?;
     let start = session.now();
-    let mut asked = false;
+    let mut cleared = false;
     while on_tick(0) {
-        let fault = match message(session, robot)? {
-            Some(FromRobot::Telemetry(batch)) if batch.state != State::Fault => return Ok(()),
-            Some(FromRobot::Telemetry(batch)) => batch.fault,
-            // The other refusals are of commands before.
-            Some(FromRobot::Answer { outcome: Err(refusal @ Refusal::CausePersists(_)), .. }) => {
-                return Err(LinkError::Refused { refusal });
-            }
-            _ => None,
-        };
-        if fault.is_some() && !asked {
-            session.hold(robot, Command::ClearFault)?;
-            asked = true;
+        match session.robot(robot).telemetry() {
+            Some(batch) if batch.state != State::Fault => return Ok(()),
+            Some(_) if !cleared => match session.ask(robot, What::Command(Command::ClearFault), |_| {})? {
+                Outcome::Done(_) => cleared = true,
+                outcome => return Err(not_done(session, robot, outcome)),
+            },
+            // What comes now was told before.
+            _ => drop(listen(session, robot)?),
         }
         if session.now().saturating_sub(start) > EFFECT {
-            let fault = session.station(&robot).and_then(|station| station.telemetry.as_ref()?.fault);
-            return Err(
-                fault.map_or(LinkError::NotDriving { what: "tells nothing" }, |fault| LinkError::Fault { fault })
-            );
+            return Err(LinkError::NotDriving { what: "tells nothing" });
         }
     }
     Err(LinkError::Cancelled)
 }
 
+fn not_done<L: Line>(session: &Session<L>, robot: RobotId, outcome: Outcome) -> LinkError {
+    match outcome {
+        Outcome::Refused(control::Refusal::Faulted(fault)) => stopped_by(fault),
+        Outcome::Refused(refusal) => LinkError::Refused { refusal },
+        _ => {
+            let last = session.robot(robot).heard().unwrap_or_default();
+            LinkError::RobotSilent { silent: session.now().saturating_sub(last) }
+        }
+    }
+}
+
 fn drive<L: Line>(
     session: &mut Session<L>,
-    robot: Address,
+    robot: RobotId,
     duty: f32,
     ticks: u64,
     recorder: &mut Recorder,
     on_tick: &mut dyn FnMut(u64) -> bool,
 ) -> Result<(), LinkError> {
-    session.hold(robot, Command::Duty { duty })?;
+    let asked = session.order(robot, What::Command(Command::Duty { duty }));
     let start = session.now();
     while on_tick(recorder.driven()) {
         if recorder.driven() == 0 && session.now().saturating_sub(start) > EFFECT {
             return Err(LinkError::NotDriving { what: "does not switch on" });
         }
-        let Some(Heard { from, at, message }) = listen(session, robot)? else { continue };
+        let Some(Heard { robot: from, at, event }) = listen(session, robot)? else { continue };
         if from != robot {
             continue;
         }
-        match message {
-            // The fault of this run, which a repetition of the command ran into.
-            FromRobot::Answer { outcome: Err(Refusal::Faulted(fault)), .. } => return Err(stopped_by(fault)),
-            FromRobot::Answer { outcome: Err(refusal), .. } => return Err(LinkError::Refused { refusal }),
-            FromRobot::Telemetry(batch) => {
+        match event {
+            Event::Answered { number, outcome, .. } if number == asked && !matches!(outcome, Outcome::Done(_)) => {
+                return Err(not_done(session, robot, outcome));
+            }
+            Event::Telemetry(batch) => {
                 recorder.take(&batch, at)?;
                 if let Some(fault) = batch.fault {
                     return Err(stopped_by(fault));
@@ -120,7 +146,7 @@ fn drive<L: Line>(
                     return Err(LinkError::NotDriving { what: "was switched off by another command" });
                 }
             }
-            FromRobot::Answer { .. } | FromRobot::Status(_) => {}
+            _ => {}
         }
     }
     Err(LinkError::Cancelled)
@@ -133,14 +159,10 @@ fn stopped_by(fault: Fault) -> LinkError {
     }
 }
 
-fn message<L: Line>(session: &mut Session<L>, robot: Address) -> Result<Option<FromRobot>, LinkError> {
-    Ok(listen(session, robot)?.filter(|heard| heard.from == robot).map(|heard| heard.message))
-}
-
 /// Polls, and notices a robot that has gone silent.
-fn listen<L: Line>(session: &mut Session<L>, robot: Address) -> Result<Option<Heard>, LinkError> {
+fn listen<L: Line>(session: &mut Session<L>, robot: RobotId) -> Result<Option<Heard>, LinkError> {
     let heard = session.poll()?;
-    let last = session.station(&robot).map_or(Duration::ZERO, |station| station.heard);
+    let last = session.robot(robot).heard().unwrap_or_default();
     let silent = session.now().saturating_sub(last);
     if silent > ROBOT_SILENT {
         return Err(LinkError::RobotSilent { silent });

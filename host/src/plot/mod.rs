@@ -2,6 +2,8 @@
 
 mod panel;
 mod run;
+mod timeline;
 
-pub use panel::{Band, Line, Panel, PlotError, Size, render};
+pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
 pub use run::{PLOT_NAMES, plots};
+pub use timeline::{Mark, Span, Strip, Timeline};

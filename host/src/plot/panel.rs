@@ -3,12 +3,20 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use super::timeline::Timeline;
+
 /// Ink of axes and text.
-const INK: RGBColor = RGBColor(40, 40, 40);
+pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
 /// Grid.
 const GRID: RGBColor = RGBColor(225, 225, 225);
 /// Shade of a band.
 const SHADE: RGBColor = RGBColor(229, 232, 240);
+/// Left of what is drawn, pixels.
+const LEFT: i32 = 82;
+/// Of them, for the marks of the y axis.
+const Y_LABELS: i32 = 74;
+/// Right of what is drawn, pixels.
+const RIGHT: i32 = 24;
 /// Points that a line keeps: more than a screen has columns.
 const MOST_POINTS: usize = 4000;
 /// Bands that still tell something apart.
@@ -78,35 +86,49 @@ pub struct Panel {
 /// # Errors
 /// The drawing library refuses.
 pub fn render(panels: &[Panel], size: Size) -> Result<String, PlotError> {
+    render_under(&Timeline::default(), panels, size)
+}
+
+/// Draws panels that share one range of x under a timeline, whose marks go through all of them.
+///
+/// # Errors
+/// The drawing library refuses.
+pub fn render_under(timeline: &Timeline, panels: &[Panel], size: Size) -> Result<String, PlotError> {
     let mut text = String::new();
     {
-        let height = size.height * u32::try_from(panels.len()).unwrap_or(1).max(1);
+        let above = timeline.height();
+        let height = above + size.height * u32::try_from(panels.len()).unwrap_or(1).max(1);
         let root = SVGBackend::with_string(&mut text, (size.width, height)).into_drawing_area();
         let fail = |title: &str, problem: String| PlotError { title: title.to_owned(), problem };
         root.fill(&WHITE).map_err(|e| fail("background", e.to_string()))?;
-        let areas = root.split_evenly((panels.len().max(1), 1));
+        let (_, below) = root.split_vertically(above);
+        let areas = below.split_evenly((panels.len().max(1), 1));
         for (index, (panel, area)) in panels.iter().zip(&areas).enumerate() {
             let last = index + 1 == panels.len();
             draw(panel, area, last).map_err(|e| fail(&panel.title, e.to_string()))?;
+        }
+        if let Some(panel) = panels.first() {
+            let inside = (LEFT, i32::try_from(size.width).unwrap_or(i32::MAX) - RIGHT);
+            timeline.draw(&root, panel.x, inside).map_err(|e| fail("timeline", e.to_string()))?;
         }
         root.present().map_err(|e| fail("file", e.to_string()))?;
     }
     Ok(text)
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 fn draw(panel: &Panel, area: &Area<'_>, x_label: bool) -> Drawn {
     heading(panel, area)?;
     let (low, high) = panel.y.unwrap_or_else(|| fitted(panel));
     let mut chart = ChartBuilder::on(area)
         .margin_top(34)
-        .margin_right(24)
-        .margin_left(8)
+        .margin_right(RIGHT)
+        .margin_left(LEFT - Y_LABELS)
         .margin_bottom(6)
         .x_label_area_size(if x_label { 44 } else { 26 })
-        .y_label_area_size(74)
+        .y_label_area_size(Y_LABELS)
         .build_cartesian_2d(panel.x.0..panel.x.1, low..high)?;
 
     if let Some(band) = shaded(panel) {

@@ -35,8 +35,24 @@ const COLUMNS: [(&str, Column); 9] = [
     ("temperature_c", Column::Temperature),
 ];
 
-/// Columns that are known and have no place in a shaft's recording: the pose, and what a simulation adds. Not worth a note.
-const KNOWN_UNREAD: [&str; 4] = ["x_m", "y_m", "yaw_rad", "blind"];
+/// Columns that are known and have no place in a shaft's recording: the pose, what a simulation adds, what a controller was
+/// told and said. Not worth a note.
+const KNOWN_UNREAD: [&str; 13] = [
+    "x_m",
+    "y_m",
+    "yaw_rad",
+    "blind",
+    // For `scram replay`: see [`super::entries`].
+    "tick",
+    "time_us",
+    "battery_adc",
+    "battery_v",
+    "angle_code",
+    "state",
+    "fault",
+    "tracking",
+    "order",
+];
 const SIMULATION_PREFIXES: [&str; 3] = ["truth_", "estimate_", "reference_"];
 
 /// Which columns a file has, in its own order.

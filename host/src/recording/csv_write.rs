@@ -6,7 +6,7 @@ use std::path::Path;
 use super::rows::{self, Cell};
 use description::atomic::write_atomically;
 
-use super::{ExtraColumn, Metadata, Recording, RecordingError};
+use super::{ExtraColumn, Metadata, Recording, RecordingError, RunLog};
 
 /// Writes a recording; the file is whole or not there.
 ///
@@ -26,35 +26,62 @@ pub fn write_csv_with(
     extra: &[ExtraColumn],
     metadata: &Metadata,
 ) -> Result<(), RecordingError> {
+    write_csv_run(path, recording, extra, &RunLog::default(), metadata)
+}
+
+/// [`write_csv_with`] and what the controller was told and said: columns `state`, `fault`, `tracking`, and `order` with what
+/// was ordered before a tick, as a person types it.
+///
+/// # Errors
+/// As [`write_csv`], and the log does not fit the samples.
+pub fn write_csv_run(
+    path: &Path,
+    recording: &Recording,
+    extra: &[ExtraColumn],
+    log: &RunLog,
+    metadata: &Metadata,
+) -> Result<(), RecordingError> {
     rows::check_rectangular(path, recording, extra)?;
-    let io = |e| RecordingError::io(path, e);
+    log.check(path, recording)?;
     if !metadata.is_empty() {
         let text = metadata.to_toml(path)?;
         let beside = path.with_extension("toml");
         write_atomically::<std::io::Error>(&beside, |w| w.write_all(text.as_bytes()))
             .map_err(|e| RecordingError::io(&beside, e))?;
     }
-    write_atomically::<std::io::Error>(path, |w| {
-        let mut names = rows::standard_names(recording);
-        names.extend(extra.iter().map(|column| column.name.as_str()));
-        writeln!(w, "{}", names.join(","))?;
-        let mut cells = Vec::new();
-        for row in 0..recording.len() {
-            rows::standard_cells(recording, row, &mut cells);
-            cells.extend(extra.iter().map(|column| Cell::from(column.values[row])));
-            for (index, cell) in cells.iter().enumerate() {
-                if index > 0 {
-                    w.write_all(b",")?;
-                }
-                match cell {
-                    Cell::Empty => {}
-                    Cell::Number(value) => write!(w, "{value}")?,
-                    Cell::Whole(value) => write!(w, "{value}")?,
-                }
+    write_atomically::<std::io::Error>(path, |w| write(w, recording, extra, log))
+        .map_err(|e| RecordingError::io(path, e))
+}
+
+fn write(w: &mut impl Write, recording: &Recording, extra: &[ExtraColumn], log: &RunLog) -> std::io::Result<()> {
+    let mut names = rows::standard_names(recording);
+    names.extend(log.numbers.iter().chain(extra).map(|column| column.name.as_str()));
+    names.extend(if log.stated.is_empty() { &[][..] } else { &["state", "fault", "tracking"] });
+    names.extend((!log.orders.is_empty()).then_some("order"));
+    writeln!(w, "{}", names.join(","))?;
+    let (mut cells, mut given) = (Vec::new(), 0);
+    for row in 0..recording.len() {
+        rows::standard_cells(recording, row, &mut cells);
+        cells.extend(log.numbers.iter().chain(extra).map(|column| Cell::from(column.values[row])));
+        for (index, cell) in cells.iter().enumerate() {
+            if index > 0 {
+                w.write_all(b",")?;
             }
-            w.write_all(b"\n")?;
+            match cell {
+                Cell::Empty => {}
+                Cell::Number(value) => write!(w, "{value}")?,
+                Cell::Whole(value) => write!(w, "{value}")?,
+            }
         }
-        Ok(())
-    })
-    .map_err(io)
+        if let Some(now) = log.stated.get(row) {
+            let fault = now.fault.map_or_else(String::new, |fault| format!("{fault:?}"));
+            write!(w, ",{:?},{fault},{}", now.state, u8::from(now.tracking))?;
+        }
+        if !log.orders.is_empty() {
+            let orders: Vec<&str> = log.orders_before(row, &mut given).iter().map(|o| o.text.as_str()).collect();
+            write!(w, ",{}", orders.join("; "))?;
+        }
+        w.write_all(b"\n")?;
+    }
+    Ok(())
 }

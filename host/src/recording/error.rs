@@ -143,6 +143,42 @@ pub enum RecordingError {
         /// What to do.
         help: String,
     },
+    /// A recording is never written over.
+    #[error("{}: there is such a file already", path.display())]
+    #[diagnostic(help("a recording is never written over: choose another name"))]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A recording that grew cannot go on.
+    #[error("{}: the recording has stopped: {why}", path.display())]
+    #[diagnostic(help("what was recorded until then is readable; make room on the disk and begin a new recording"))]
+    Stopped {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        why: String,
+    },
+    /// Several robots, and none was chosen.
+    #[error("{}: this session has several robots: {}", path.display(), names.join(", "))]
+    #[diagnostic(help("choose one by its name (`scram replay`: --robot-name NAME)"))]
+    SeveralRobots {
+        /// The file.
+        path: PathBuf,
+        /// Those with samples.
+        names: Vec<String>,
+    },
+    /// Not the robot that was asked for.
+    #[error("{}: no samples of a robot `{wanted}`; there is {}", path.display(), names.join(", "))]
+    #[diagnostic(help("names are spelled as in the recording's topics"))]
+    NoSuchRobot {
+        /// The file.
+        path: PathBuf,
+        /// Who was asked for.
+        wanted: String,
+        /// Those with samples.
+        names: Vec<String>,
+    },
     /// The recording is of a rig that the robot file does not describe.
     #[error("{}: {problem}", path.display())]
     #[diagnostic(help("{help}"))]

@@ -1,89 +1,53 @@
 //! Reads MCAP as a stream, in bounded memory.
 
-use std::collections::HashMap;
-use std::io::Read;
 use std::path::Path;
 
 use mcap::records::Record;
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde_json::{Map, Value};
 
 use super::builder::{Builder, Layout, Values};
 use super::error::Row;
-use super::mcap_write::{METADATA_NAME, SAMPLE_TOPIC};
-use super::{Loaded, Metadata, Place, ReadOptions, RecordingError, progress};
+use super::mcap_stream::{Choice, Contents, Ending, Kind, records};
+use super::mcap_write::SAMPLE_TOPIC;
+use super::{Loaded, Place, ReadOptions, RecordingError};
 
-/// No record of a recording comes near this; a damaged length must not take all memory.
-const LONGEST_RECORD: usize = 1 << 26;
-
-/// Reads a file; the columns are those of the first message on `/sample`.
+/// Reads a file; the columns are those of the first sample.
 pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, RecordingError> {
-    let (bar, mut file) = progress::open(path, options.progress).map_err(|e| RecordingError::io(path, e))?;
-    let reading =
-        LinearReaderOptions::default().with_validate_chunk_crcs(true).with_record_length_limit(LONGEST_RECORD);
-    let mut reader = LinearReader::new_with_options(reading);
-    let mut state =
-        State { path, limit: options.limit, topics: HashMap::new(), metadata: None, rows: None, messages: 0 };
-    let mut read_any = false;
-    while let Some(event) = reader.next_event() {
-        match event.map_err(|e| damaged(path, &e, state.messages, read_any))? {
-            LinearReadEvent::ReadRequest(wanted) => {
-                let got = file.read(reader.insert(wanted)).map_err(|e| RecordingError::io(path, e))?;
-                read_any |= got > 0;
-                reader.notify_read(got);
-            }
-            LinearReadEvent::Record { data, opcode } => {
-                let record =
-                    mcap::parse_record(opcode, data).map_err(|e| damaged(path, &e, state.messages, read_any))?;
-                state.take(record)?;
-            }
-        }
-    }
-    bar.finish_and_clear();
-    state.finish()
+    let mut state = State {
+        path,
+        limit: options.limit,
+        contents: Contents::default(),
+        choice: Choice::new(options.robot.as_deref()),
+        own_name: None,
+        rows: None,
+        messages: 0,
+    };
+    let ending = records(path, options.progress, &mut |record| state.take(&record))?;
+    state.finish(ending)
 }
 
 struct State<'a> {
     path: &'a Path,
     limit: usize,
-    topics: HashMap<u16, (String, String)>,
-    metadata: Option<Metadata>,
+    contents: Contents,
+    choice: Choice,
+    /// Of the robot that is read, where the file is of several.
+    own_name: Option<String>,
     rows: Option<(Layout, Builder)>,
     messages: u64,
 }
 
 impl State<'_> {
-    fn take(&mut self, record: Record<'_>) -> Result<(), RecordingError> {
-        match record {
-            Record::Channel(channel) => {
-                self.topics.insert(channel.id, (channel.topic, channel.message_encoding));
-            }
-            Record::Metadata(found) if found.name == METADATA_NAME => {
-                let text = found.metadata.get("toml").map_or("", String::as_str);
-                self.metadata = Some(toml::from_str(text).map_err(|e| RecordingError::Format {
-                    path: self.path.to_owned(),
-                    problem: format!("metadata record `{METADATA_NAME}`: {}", e.message()),
-                    help: "allowed keys: robot, excitation, notes, temperature_c, surface, tilt_deg, seed".into(),
-                })?);
-            }
-            Record::Message { header, data } => {
-                let Some((topic, encoding)) = self.topics.get(&header.channel_id) else {
-                    return Ok(());
-                };
-                if topic == SAMPLE_TOPIC {
-                    if encoding != "json" {
-                        return Err(RecordingError::Format {
-                            path: self.path.to_owned(),
-                            problem: format!("topic {SAMPLE_TOPIC} is encoded as `{encoding}`, expected `json`"),
-                            help: "docs/recordings.md describes the schema".into(),
-                        });
-                    }
-                    self.message(&data)?;
-                }
-            }
-            _ => {}
+    fn take(&mut self, record: &Record<'_>) -> Result<(), RecordingError> {
+        self.contents.learn(self.path, record)?;
+        let Some((topic, data)) = self.contents.message(self.path, record)? else { return Ok(()) };
+        if topic.kind != Kind::Sample || !self.choice.takes(topic, &self.contents.metadata) {
+            return Ok(());
         }
-        Ok(())
+        if self.own_name.is_none() {
+            self.own_name.clone_from(&topic.own_name);
+        }
+        self.message(data)
     }
 
     fn message(&mut self, data: &[u8]) -> Result<(), RecordingError> {
@@ -122,19 +86,9 @@ impl State<'_> {
         builder.push(row, &values)
     }
 
-    fn finish(self) -> Result<Loaded, RecordingError> {
-        let Some((layout, builder)) = self.rows else {
-            if self.topics.values().any(|(topic, _)| topic == SAMPLE_TOPIC) {
-                return Err(RecordingError::NoSamples { path: self.path.to_owned() });
-            }
-            let mut topics: Vec<&str> = self.topics.values().map(|(topic, _)| topic.as_str()).collect();
-            topics.sort_unstable();
-            return Err(RecordingError::Format {
-                path: self.path.to_owned(),
-                problem: format!("no topic {SAMPLE_TOPIC}; there is [{}]", topics.join(", ")),
-                help: "docs/recordings.md describes topics and columns".into(),
-            });
-        };
+    fn finish(self, ending: Ending) -> Result<Loaded, RecordingError> {
+        self.choice.check(self.path)?;
+        let Some((layout, builder)) = self.rows else { return Err(self.no_rows(ending)) };
         let (recording, kept) = builder.finish()?;
         let mut notes = Vec::new();
         let ignored = layout.ignored();
@@ -142,22 +96,24 @@ impl State<'_> {
             notes.push(format!("columns that are not read: {}", ignored.join(", ")));
         }
         notes.extend(kept.note());
-        Ok(Loaded { recording, metadata: self.metadata.unwrap_or_default(), kept, notes })
-    }
-}
-
-fn damaged(path: &Path, error: &mcap::McapError, messages: u64, read_any: bool) -> RecordingError {
-    if !read_any {
-        return RecordingError::Empty { path: path.to_owned() };
-    }
-    let (problem, help) = match error {
-        mcap::McapError::BadMagic if messages == 0 => {
-            ("this is not an MCAP file".to_owned(), "name it .csv if it is text".to_owned())
+        notes.extend(ending.note());
+        let mut metadata = self.contents.metadata;
+        if self.own_name.is_some() {
+            metadata.robot = self.own_name;
         }
-        other => (
-            format!("after message {messages}: {other}"),
-            "the file was cut off or damaged: `mcap recover` (mcap.dev) saves its whole chunks".to_owned(),
-        ),
-    };
-    RecordingError::Format { path: path.to_owned(), problem, help }
+        Ok(Loaded { recording, metadata, kept, notes })
+    }
+
+    fn no_rows(&self, ending: Ending) -> RecordingError {
+        let path = self.path.to_owned();
+        let (problem, help) = match ending {
+            Ending::CutOff => ("the file was cut off before its first sample".to_owned(), "record the run again"),
+            Ending::Whole if self.contents.has_samples() => return RecordingError::NoSamples { path },
+            Ending::Whole => (
+                format!("no topic {SAMPLE_TOPIC}; there is [{}]", self.contents.names().join(", ")),
+                "docs/recordings.md describes topics and columns",
+            ),
+        };
+        RecordingError::Format { path, problem, help: help.to_owned() }
+    }
 }

@@ -1,6 +1,7 @@
 //! Writes MCAP: self-describing JSON messages with a JSON schema, which the field's viewers open.
 //!
-//! Topic `/sample` holds what a robot measured, `/simulation` what only a simulation knows. Uncompressed chunks with
+//! Topic `/sample` holds what a robot measured, `/simulation` what only a simulation knows, `/event` what the controller was
+//! told and `/state` what it said. Uncompressed chunks with
 //! indexes; the metadata comes first, so that even a file that was cut off tells what it is.
 
 use std::collections::BTreeMap;
@@ -11,7 +12,9 @@ use serde_json::{Map, Value, json};
 use super::rows::{self, Cell};
 use description::atomic::write_atomically;
 
-use super::{ExtraColumn, Metadata, Recording, RecordingError};
+use super::schema::{event_schema, state_schema};
+use super::telemetry::At;
+use super::{ExtraColumn, LoggedOrder, Metadata, Recording, RecordingError, RunLog, SessionEvent};
 
 /// Topic of the standard columns.
 pub(super) const SAMPLE_TOPIC: &str = "/sample";
@@ -38,9 +41,24 @@ pub fn write_mcap_with(
     extra: &[ExtraColumn],
     metadata: &Metadata,
 ) -> Result<(), RecordingError> {
+    write_mcap_run(path, recording, extra, &RunLog::default(), metadata)
+}
+
+/// [`write_mcap_with`] and what the controller was told and said.
+///
+/// # Errors
+/// As [`write_mcap`], and the log does not fit the samples.
+pub fn write_mcap_run(
+    path: &Path,
+    recording: &Recording,
+    extra: &[ExtraColumn],
+    log: &RunLog,
+    metadata: &Metadata,
+) -> Result<(), RecordingError> {
     rows::check_rectangular(path, recording, extra)?;
+    log.check(path, recording)?;
     let metadata = metadata.to_toml(path)?;
-    write_atomically::<std::io::Error>(path, |file| write(file, recording, extra, &metadata).map_err(into_io))
+    write_atomically::<std::io::Error>(path, |file| write(file, recording, extra, log, &metadata).map_err(into_io))
         .map_err(|e| RecordingError::io(path, e))
 }
 
@@ -55,6 +73,7 @@ fn write<W: std::io::Write + std::io::Seek>(
     file: W,
     recording: &Recording,
     extra: &[ExtraColumn],
+    log: &RunLog,
     metadata: &str,
 ) -> mcap::McapResult<()> {
     let options = mcap::WriteOptions::new().compression(None).library(concat!("scram ", env!("CARGO_PKG_VERSION")));
@@ -64,15 +83,18 @@ fn write<W: std::io::Write + std::io::Seek>(
         metadata: BTreeMap::from([("toml".to_owned(), metadata.to_owned())]),
     })?;
     let names = rows::standard_names(recording);
-    let sample = channel(&mut writer, SAMPLE_TOPIC, "scram.Sample", names.iter().copied())?;
+    let columns = names.iter().copied().chain(log.numbers.iter().map(|column| column.name.as_str()));
+    let sample = channel(&mut writer, SAMPLE_TOPIC, "scram.Sample", columns)?;
     let simulation = if extra.is_empty() {
         None
     } else {
         let columns = std::iter::once("t_s").chain(extra.iter().map(|column| column.name.as_str()));
         Some(channel(&mut writer, EXTRA_TOPIC, "scram.Simulation", columns)?)
     };
+    let told = Told::begin(&mut writer, log)?;
     let start = recording.t_s.first().copied().unwrap_or(0.0);
     let mut cells = Vec::new();
+    let mut given = 0;
     for row in 0..recording.len() {
         let t_s = recording.t_s[row];
         // The log time is for viewers and cannot be negative; t_s in the message is the time.
@@ -84,9 +106,15 @@ fn write<W: std::io::Write + std::io::Seek>(
             log_time,
             publish_time: log_time,
         };
+        // Orders and states before the sample of their tick.
+        for order in log.orders_before(row, &mut given) {
+            told.order(&mut writer, &header(told.event), t_s, order)?;
+        }
+        told.state(&mut writer, &header(told.state), t_s, log, row)?;
         rows::standard_cells(recording, row, &mut cells);
-        let message: Map<String, Value> =
+        let mut message: Map<String, Value> =
             names.iter().zip(&cells).map(|(name, cell)| ((*name).to_owned(), value(cell))).collect();
+        message.extend(log.numbers.iter().map(|c| (c.name.clone(), value(&Cell::from(c.values[row])))));
         writer.write_to_known_channel(&header(sample), Value::Object(message).to_string().as_bytes())?;
         if let Some(channel) = simulation {
             let mut message = Map::new();
@@ -97,6 +125,54 @@ fn write<W: std::io::Write + std::io::Seek>(
     }
     writer.finish()?;
     Ok(())
+}
+
+/// Channels of what a controller was told and said; 0, which is no channel, where there is nothing to tell.
+struct Told {
+    event: u16,
+    state: u16,
+}
+
+impl Told {
+    fn begin<W: std::io::Write + std::io::Seek>(writer: &mut mcap::Writer<W>, log: &RunLog) -> mcap::McapResult<Self> {
+        let mut add = |topic: &str, name: &str, schema: Value| {
+            let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+            writer.add_channel(schema, topic, "json", &BTreeMap::new())
+        };
+        Ok(Self {
+            event: if log.orders.is_empty() { 0 } else { add("/event", "scram.Event", event_schema())? },
+            state: if log.stated.is_empty() { 0 } else { add("/state", "scram.State", state_schema())? },
+        })
+    }
+
+    fn order<W: std::io::Write + std::io::Seek>(
+        &self,
+        writer: &mut mcap::Writer<W>,
+        header: &mcap::records::MessageHeader,
+        t_s: f64,
+        order: &LoggedOrder,
+    ) -> mcap::McapResult<()> {
+        let (text, command, repeat) = (order.text.clone(), Some(order.command), order.repeat);
+        let message = At { t_s, what: SessionEvent::Order { text, command, repeat } };
+        writer.write_to_known_channel(header, json!(message).to_string().as_bytes())
+    }
+
+    /// Where it changes.
+    fn state<W: std::io::Write + std::io::Seek>(
+        &self,
+        writer: &mut mcap::Writer<W>,
+        header: &mcap::records::MessageHeader,
+        t_s: f64,
+        log: &RunLog,
+        row: usize,
+    ) -> mcap::McapResult<()> {
+        match log.stated.get(row) {
+            Some(now) if row == 0 || log.stated[row - 1] != *now => {
+                writer.write_to_known_channel(header, json!(At { t_s, what: *now }).to_string().as_bytes())
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 fn value(cell: &Cell) -> Value {

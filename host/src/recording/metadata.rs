@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use control::State;
 use serde::{Deserialize, Serialize};
 
 use super::RecordingError;
@@ -31,9 +32,17 @@ pub struct Metadata {
     /// Seed of a simulated run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// The controller's state before the first sample, e.g. `Idle` or, of a robot that has just started, `Fault`. Not
+    /// known where recording began in the middle of a run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_state: Option<State>,
 }
 
 impl Metadata {
+    /// What to do about metadata that are not understood.
+    pub(super) const HELP: &str =
+        "allowed keys: robot, excitation, notes, temperature_c, surface, tilt_deg, seed, start_state";
+
     /// Whether nothing is known.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -53,7 +62,7 @@ impl Metadata {
             RecordingError::Format {
                 path: path.clone(),
                 problem: format!("line {line}: {}", e.message()),
-                help: "allowed keys: robot, excitation, notes, temperature_c, surface, tilt_deg, seed".into(),
+                help: Self::HELP.into(),
             }
         })
     }

@@ -5,23 +5,35 @@
 mod builder;
 mod csv_read;
 mod csv_write;
+mod entries;
 mod error;
+mod mcap_chunks;
 mod mcap_read;
+mod mcap_stream;
 mod mcap_write;
 mod metadata;
 mod plausible;
 mod progress;
 mod rig;
 mod rows;
+mod run_log;
+mod schema;
+mod sink;
+mod stream;
+mod telemetry;
 
 use std::path::{Path, PathBuf};
 
 pub use builder::Kept;
-pub use csv_write::{write_csv, write_csv_with};
+pub use csv_write::{write_csv, write_csv_run, write_csv_with};
+pub use entries::{Entry, FullRow, entries, events};
 pub use error::{Place, RecordingError, Row};
-pub use mcap_write::{write_mcap, write_mcap_with};
+pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_with};
 pub use metadata::Metadata;
 pub use rig::check_rig;
+pub use run_log::{LoggedOrder, RunLog};
+pub use stream::{RobotChannel, SessionRecorder};
+pub use telemetry::{LinkQuality, Outcome, RecordedEvent, SessionEvent, Stated, TelemetryRow};
 
 /// One run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -112,17 +124,19 @@ pub struct ExtraColumn {
 }
 
 /// How to read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadOptions {
     /// Samples held at most; a longer recording is thinned by dropping whole blocks (see [`Kept`]).
     pub limit: usize,
     /// Draw a progress bar on stderr when it is a terminal and the file is large.
     pub progress: bool,
+    /// Which robot, by its name in the file; needed where a session has several.
+    pub robot: Option<String>,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { limit: DEFAULT_LIMIT, progress: true }
+        Self { limit: DEFAULT_LIMIT, progress: true, robot: None }
     }
 }
 
@@ -135,7 +149,7 @@ pub struct Loaded {
     pub metadata: Metadata,
     /// How much of the file is in memory.
     pub kept: Kept,
-    /// What a person should know: columns that were ignored, blocks that were dropped.
+    /// What a person should know: columns that were ignored, blocks that were dropped, a file without its end.
     pub notes: Vec<String>,
 }
 

@@ -225,7 +225,18 @@ fn split_word(text: &str) -> Option<(&str, &str)> {
 fn number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
+        _ if text.trim().is_empty() => Err("a number is missing".into()),
         _ => Err(format!("`{}` is not a number", text.trim())),
+    }
+}
+
+impl Order {
+    /// Reads an order: its kind, and what comes after it.
+    ///
+    /// # Errors
+    /// What is wrong, for a person.
+    pub fn parse(kind: &str, argument: &str) -> Result<Self, String> {
+        order(kind, argument)
     }
 }
 
@@ -235,12 +246,12 @@ fn order(kind: &str, argument: &str) -> Result<Order, String> {
     match kind {
         "freq" => Ok(Order::Freq { hz: number(argument)? }),
         "oscillate" => {
-            let (range, style) = match split_word(argument) {
-                Some((range, "")) => (range, Stroke::BangBang),
-                Some((range, word)) if word.trim() == "proportional" => (range, Stroke::Proportional),
-                _ => return Err(format!("`{argument}` is not FROM..TO")),
+            let (range, style) = match argument.strip_suffix("proportional") {
+                Some(range) => (range.trim_end(), Stroke::Proportional),
+                None => (argument, Stroke::BangBang),
             };
-            let (from, to) = range.split_once("..").ok_or_else(|| format!("`{range}` is not FROM..TO"))?;
+            let apart = range.split_once("..").or_else(|| range.split_once(char::is_whitespace));
+            let (from, to) = apart.ok_or_else(|| format!("`{range}` is not FROM..TO"))?;
             let (from_deg, to_deg) = (number(from)?, number(to)?);
             if from_deg >= to_deg {
                 return Err(format!("{from_deg}° must be below {to_deg}°"));

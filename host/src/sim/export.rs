@@ -5,7 +5,7 @@ use description::angle_code::angle_scale;
 use description::robot::{Robot, Sensor};
 
 use super::{Tick, Trace};
-use crate::recording::{AngleReading, Drive, ExtraColumn, Recording};
+use crate::recording::{AngleReading, Drive, ExtraColumn, LoggedOrder, Recording, RunLog, Stated};
 
 /// The run as its robot would have recorded it.
 #[must_use]
@@ -25,6 +25,30 @@ pub fn recording(trace: &Trace, robot: &Robot) -> Recording {
         angle,
         ..Recording::default()
     }
+}
+
+/// What it takes to decide the run again, and what was decided then.
+#[must_use]
+pub fn run_log(trace: &Trace, robot: &Robot) -> RunLog {
+    let column = |name: &str, value: fn(&Tick) -> f64| ExtraColumn {
+        name: name.to_owned(),
+        values: trace.ticks.iter().map(|tick| Some(value(tick))).collect(),
+    };
+    // Whole µs are exact in an f64 for three centuries.
+    let mut numbers =
+        vec![column("time_us", |t| t.sample.time_us as f64), column("battery_adc", |t| f64::from(t.sample.battery.0))];
+    if !matches!(robot.sensor, Sensor::Potentiometer(_)) {
+        numbers.push(column("angle_code", |t| f64::from(t.sample.angle.0)));
+    }
+    let said = trace.ticks.iter().map(|tick| &tick.telemetry);
+    let stated = said.map(|t| Stated { state: t.state, fault: t.fault, tracking: t.tracking }).collect();
+    let told = trace.told.iter().map(|told| LoggedOrder {
+        row: told.tick,
+        text: told.order.to_string(),
+        command: told.order.command(),
+        repeat: told.repeat,
+    });
+    RunLog { numbers, stated, orders: told.collect() }
 }
 
 /// Truth and belief.

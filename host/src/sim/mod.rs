@@ -15,7 +15,7 @@ use crate::edge::{degrees, frequency_from_omega};
 
 pub use decide::Decide;
 pub use drive::{Drive, DriveError, Order, Step};
-pub use export::{extra_columns, recording};
+pub use export::{extra_columns, recording, run_log};
 pub use faults::{Break, FaultError, Scheduled};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use strokes::{RUNAWAY_DEG, Strokes};
@@ -62,6 +62,17 @@ pub struct Given {
     pub refusal: Option<String>,
 }
 
+/// What the controller was told before a tick, with the time of that tick's sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// Index of the tick.
+    pub tick: usize,
+    /// The order.
+    pub order: Order,
+    /// The order before, repeated.
+    pub repeat: bool,
+}
+
 /// A whole run.
 #[derive(Clone, Debug)]
 pub struct Trace {
@@ -71,6 +82,8 @@ pub struct Trace {
     pub ticks: Vec<Tick>,
     /// Every order.
     pub orders: Vec<Given>,
+    /// Everything that reached the controller, in this order.
+    pub told: Vec<Told>,
     /// What was broken.
     pub faults: Vec<Scheduled>,
     /// What the controller knows about the robot.
@@ -119,6 +132,7 @@ pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, p
     let refresh = (REFRESH_S / tick_s).round().max(1.0) as usize;
     let mut ticks = Vec::with_capacity(count);
     let mut orders: Vec<Given> = Vec::new();
+    let mut told: Vec<Told> = Vec::new();
     let mut steps = plan.drive.steps.iter().peekable();
     let mut current: Option<Order> = None;
     for fault in &plan.faults {
@@ -136,6 +150,7 @@ pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, p
         // Half a tick of slack: an order at 0.3 s comes before the tick at 0.3 s, whatever the rounding.
         while let Some(step) = steps.next_if(|step| step.at_s <= time_s + 0.5 * tick_s) {
             let refusal = if linked {
+                told.push(Told { tick: index, order: step.order, repeat: false });
                 decider.command(step.order.command(), sample.time_us)?.err().map(|r| said(step.order, r))
             } else {
                 Some("the link is lost".to_owned())
@@ -144,13 +159,14 @@ pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, p
             current = Some(step.order);
         }
         if linked && index % refresh == 0 {
-            refresh_command(decider, current, sample.time_us)?;
+            let order = refresh_command(decider, current, sample.time_us)?;
+            told.extend(order.map(|order| Told { tick: index, order, repeat: true }));
         }
         let actuation = decider.tick(&sample)?;
         ticks.push(Tick { time_s, sample, actuation, telemetry: decider.telemetry(), truth: robot.truth() });
         robot.advance(actuation);
     }
-    Ok(Trace { tick_s, ticks, orders, faults: plan.faults.clone(), parameters: *decider.parameters() })
+    Ok(Trace { tick_s, ticks, orders, told, faults: plan.faults.clone(), parameters: *decider.parameters() })
 }
 
 /// A refusal in the units in which the order was typed.
@@ -170,13 +186,15 @@ fn said(order: Order, refusal: Refusal) -> String {
     }
 }
 
-/// Repeats the present order. A refusal is not news: it was said when the order was given, or a fault has come since.
-fn refresh_command<D: Decide>(decider: &mut D, order: Option<Order>, time_us: u64) -> Result<(), D::Error> {
-    let Some(command) = order.map(Order::command) else { return Ok(()) };
-    if command != Command::ClearFault && decider.telemetry().state != State::Fault {
-        let _ = decider.command(command, time_us)?;
+/// Repeats the present order, and says which. A refusal is not news: it was said when the order was given, or a fault has
+/// come since.
+fn refresh_command<D: Decide>(decider: &mut D, order: Option<Order>, time_us: u64) -> Result<Option<Order>, D::Error> {
+    let Some(order) = order else { return Ok(None) };
+    if order.command() == Command::ClearFault || decider.telemetry().state == State::Fault {
+        return Ok(None);
     }
-    Ok(())
+    let _ = decider.command(order.command(), time_us)?;
+    Ok(Some(order))
 }
 
 impl Trace {

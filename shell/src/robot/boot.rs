@@ -1,6 +1,4 @@
-//! From the parameters in flash to a controller.
-
-use core::ops::Range;
+//! From what is in flash to a controller and its console.
 
 use control::protocol::radio::{NAME, Reset, Source};
 use control::{Controller, ParameterError};
@@ -8,7 +6,8 @@ use embedded_storage_async::nor_flash::NorFlash;
 use heapless::String;
 
 use super::Settings;
-use crate::store;
+use crate::store::pairing::{Pairing, Unpaired};
+use crate::store::{self, Partitions};
 
 /// What a status says that does not change.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,22 +20,31 @@ pub struct About {
     pub parameters: Source,
 }
 
-/// Makes the controller from the parameters in a range of the flash, or from the factory's. The bridge must be off.
+/// What a robot starts with.
+#[derive(Clone, Debug)]
+pub struct Booted {
+    /// For its status.
+    pub about: About,
+    /// What decides. Without one the control loop cannot start: run the other tasks, and the LED says so. A build script
+    /// that calls [`Settings::check`] leaves no way for that to happen.
+    pub controller: Result<Controller, ParameterError>,
+    /// Whom it obeys. Paired with nobody, it has no use for the radio's tasks.
+    pub pairing: Result<Pairing, Unpaired>,
+}
+
+/// Makes the controller from the parameters in flash, or from the factory's, and looks for the pairing. The bridge must be
+/// off.
 ///
 /// Whatever the reset's reason, the controller begins in [`Fault::Restarted`](control::Fault::Restarted) and needs a
-/// `ClearFault`: a host repeats the command that it holds, and without that the motor would start by itself. There is no
-/// reason for which that is wanted: after a panic, the watchdog or a brown-out it would start into what caused them, and
-/// to these chips a loose battery or somebody's finger on the reset button is a power-up like the first.
-///
-/// Without a controller the control loop cannot start: run the other tasks, and the LED says so. A build script that
-/// calls [`Settings::check`] leaves no way for that to happen.
-pub async fn boot<F: NorFlash>(
-    flash: &mut F,
-    range: Range<u32>,
-    settings: &Settings,
-    reset: Reset,
-) -> (About, Result<Controller, ParameterError>) {
-    let (parameters, source) = store::load(flash, range, &settings.parameters).await;
-    let about = About { name: settings.name.clone(), reset, parameters: source };
-    (about, Controller::restarted(&parameters))
+/// `ClearFault`: the console may not have noticed, and the person who drove before did not ask for it to go on. There is no
+/// reason for which that is wanted: after a panic, the watchdog or a brown-out the motor would start into what caused them,
+/// and to these chips a loose battery or somebody's finger on the reset button is a power-up like the first.
+pub async fn boot<F: NorFlash>(flash: &mut F, partitions: &Partitions, settings: &Settings, reset: Reset) -> Booted {
+    let (parameters, source) =
+        store::parameters::load(flash, partitions.parameters.clone(), &settings.parameters).await;
+    Booted {
+        about: About { name: settings.name.clone(), reset, parameters: source },
+        controller: Controller::restarted(&parameters),
+        pairing: store::pairing::load(flash, partitions.pairing.clone()).await,
+    }
 }

@@ -3,15 +3,16 @@
 use core::borrow::BorrowMut;
 
 use control::protocol::radio::{Batch, Row};
-use control::{Actuation, Command, Controller, Refusal, Sample, Telemetry};
+use control::{Actuation, Controller, Sample, Telemetry};
 use embassy_time::{Instant, Timer};
 use heapless::Vec;
 
+use super::clerk::Clerk;
 use super::median::median;
 use super::schedule::Schedule;
-use super::shared::{Answered, Order, TickCounts};
+use super::shared::TickCounts;
 use super::{Settings, Shared, Shown};
-use crate::board::{Address, Bridge, Converter, Watchdog};
+use crate::board::{Bridge, Converter, Watchdog};
 
 /// The parts of the board that belong to the control loop alone.
 #[derive(Debug)]
@@ -39,16 +40,13 @@ pub async fn control_loop(
     bridge.apply(Actuation::OFF);
     let mut schedule = Schedule::new(controller.parameters(), Instant::now().as_micros());
     let mut reporter = Reporter::default();
-    let mut responder = Responder::default();
+    let mut clerk = Clerk::default();
     let mut before: Option<(u64, u32)> = None;
     loop {
         let began_us = Instant::now().as_micros();
         let period = schedule.begin(began_us);
         let (sample, outliers) = measure(&mut converter, settings);
-        while let Ok(order) = shared.orders.try_receive() {
-            let outcome = controller.command(order.command, order.received_us);
-            responder.respond(&order, outcome, shared);
-        }
+        clerk.serve(controller, &settings.parameters, shared);
         bridge.apply(controller.tick(&sample));
         reporter.report(period, &sample, &controller.telemetry(), shared);
         watchdog.feed();
@@ -76,40 +74,6 @@ fn measure(converter: &mut impl Converter, settings: &Settings) -> (Sample, u32)
 /// `a − b`, µs.
 fn difference(a_us: u64, b_us: u64) -> u32 {
     u32::try_from(a_us.saturating_sub(b_us)).unwrap_or(u32::MAX)
-}
-
-/// Answers a command when it or its outcome is new, and once a second while it is repeated: commands are repeated to stay
-/// fresh, and answers get lost.
-#[derive(Default)]
-struct Responder {
-    last: Option<Response>,
-}
-
-struct Response {
-    to: Address,
-    command: Command,
-    outcome: Result<(), Refusal>,
-    at_us: u64,
-}
-
-/// An answer is given again after so long, µs.
-const ANSWER_AGAIN_US: u64 = 1_000_000;
-
-impl Responder {
-    fn respond(&mut self, order: &Order, outcome: Result<(), Refusal>, shared: &Shared) {
-        let Order { from: to, sequence, command, received_us: at_us } = *order;
-        let answered = self.last.as_ref().is_some_and(|last| {
-            // What is no number does not equal itself.
-            let same = last.command == command || matches!(outcome, Err(Refusal::NonFinite { .. }));
-            let lately = at_us.saturating_sub(last.at_us) < ANSWER_AGAIN_US;
-            same && lately && last.to == to && last.outcome == outcome
-        });
-        if !answered {
-            // An answer for which there is no room is given to the next repetition.
-            let queued = shared.answer(Answered { to, sequence, outcome });
-            self.last = queued.then_some(Response { to, command, outcome, at_us });
-        }
-    }
 }
 
 /// Collects ticks into telemetry messages and tells the LED.
@@ -145,7 +109,7 @@ impl Reporter {
     /// To the sending task, unless nobody listens.
     fn hand_over(&mut self, shared: &Shared) {
         let Some(batch) = self.batch.take() else { return };
-        if shared.peer().is_none() {
+        if !shared.is_listened_to() {
             return;
         }
         let rows = u32::try_from(batch.rows.len()).unwrap_or(u32::MAX);

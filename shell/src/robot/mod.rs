@@ -1,29 +1,36 @@
-//! The robot's tasks: after [`boot`], [`control_loop`] in an interrupt executor above everything else, [`receive`], [`send`] and [`led`]
-//! below it. They share one [`Shared`].
+//! The robot's tasks: after [`boot`], [`control_loop`] in an interrupt executor above everything else, [`receive`], [`send`],
+//! [`keep`], [`pair`] and [`led`] below it. They share one [`Shared`].
 //!
 //! ```text
 //! radio ──receive──▶ orders ──▶ control_loop ──▶ answers ──▶ send ──▶ radio
-//!                                            └─▶ batches ──▶
+//!                                            ├─▶ batches ──▶
+//!                                            └─▶ work ──▶ keep ──▶ flash
+//! serial line ──pair──────────────────────────▶
 //! ```
 //!
 //! Nothing makes the control loop wait: what does not fit into a queue is dropped and counted.
 
 mod boot;
+mod clerk;
 mod control_loop;
+mod keep;
 mod led;
 mod median;
+mod pair;
 mod receive;
 mod schedule;
 mod send;
 mod settings;
 mod shared;
 
-pub use boot::{About, boot};
+pub use boot::{About, Booted, boot};
 pub use control_loop::{Parts, control_loop};
+pub use keep::keep;
 pub use led::{Shown, led};
 pub use median::MOST_CONVERSIONS;
+pub use pair::{Identity, pair};
 pub use receive::receive;
 pub use schedule::period_us;
-pub use send::{BROADCAST, send};
+pub use send::send;
 pub use settings::{Settings, SettingsError};
 pub use shared::Shared;

@@ -2,31 +2,44 @@
 
 use core::cell::RefCell;
 
-use control::protocol::radio::{Batch, Counters};
-use control::{Command, Refusal};
+use control::protocol::pairing::Pairing;
+use control::protocol::radio::{Answer, Batch, Counters, Echo, ToRobot};
+use control::protocol::secure::{Key, WELCOME};
+use control::{Parameters, Refusal};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant};
 
 use super::Shown;
-use crate::board::Address;
 
-/// A command that came in.
+/// An order that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Order {
-    pub from: Address,
-    pub sequence: u16,
-    pub command: Command,
-    /// When, µs since boot.
+    pub order: ToRobot,
+    /// It is the first of a session.
+    pub begins: bool,
+    /// When it came, µs since boot.
     pub received_us: u64,
 }
 
-/// What became of an order.
+/// What became of a [`Do`](control::protocol::radio::Do).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Answered {
-    pub to: Address,
-    pub sequence: u16,
-    pub outcome: Result<(), Refusal>,
+    pub number: u16,
+    pub answer: Answer,
+}
+
+/// Work for the flash. One at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Work {
+    /// Keep the parameters that [`Shared::save`] took.
+    Save,
+    /// Keep none: the factory's count.
+    Factory,
+    /// Keep this pairing, or none.
+    Pair(Option<Pairing>),
 }
 
 /// All that the radio holds (10) may come in at once.
@@ -43,14 +56,36 @@ pub struct Shared {
     pub(super) orders: Queue<Order, ORDERS>,
     pub(super) answers: Queue<Answered, ANSWERS>,
     pub(super) batches: Queue<Batch, BATCHES>,
+    /// The answer to the console's latest call.
+    pub(super) welcome: Signal<CriticalSectionRawMutex, [u8; WELCOME]>,
+    /// The console speaks another version.
+    pub(super) notice: Signal<CriticalSectionRawMutex, ()>,
+    /// The key of a session that begins.
+    pub(super) began: Signal<CriticalSectionRawMutex, Key>,
+    /// Filled by [`Shared::hand_over`] alone.
+    pub(super) work: Queue<Work, 1>,
+    /// Whether the flash kept what the control loop ordered.
+    pub(super) saved: Signal<CriticalSectionRawMutex, bool>,
+    /// Whether it kept a pairing.
+    pub(super) paired: Signal<CriticalSectionRawMutex, bool>,
     state: Mutex<CriticalSectionRawMutex, RefCell<State>>,
 }
 
 struct State {
     counters: Counters,
-    peer: Option<Address>,
+    /// Counter of the last order that counted, and when it came.
+    heard: Option<(u32, Instant)>,
     shown: Shown,
+    /// See [`Shared::take_lost_stop`].
+    lost_stop: bool,
+    /// The flash has work, from its being handed over until it is done.
+    working: bool,
+    /// What [`Work::Save`] is about.
+    set: Option<Parameters>,
 }
+
+/// A console that was silent for so long has gone: telemetry is not for nobody.
+const GONE: Duration = Duration::from_secs(2);
 
 /// What a tick adds to the counters.
 #[derive(Clone, Copy, Debug, Default)]
@@ -82,9 +117,12 @@ impl Shared {
             adc_outliers: 0,
             received: 0,
             outdated: 0,
+            forged: 0,
             misunderstood: 0,
             other_version: 0,
+            calls: 0,
             lost: 0,
+            too_late: 0,
             commands_dropped: 0,
             answers_dropped: 0,
             sent: 0,
@@ -95,7 +133,20 @@ impl Shared {
             orders: Channel::new(),
             answers: Channel::new(),
             batches: Channel::new(),
-            state: Mutex::new(RefCell::new(State { counters, peer: None, shown: Shown::NotStarted })),
+            welcome: Signal::new(),
+            notice: Signal::new(),
+            began: Signal::new(),
+            work: Channel::new(),
+            saved: Signal::new(),
+            paired: Signal::new(),
+            state: Mutex::new(RefCell::new(State {
+                counters,
+                heard: None,
+                shown: Shown::NotStarted,
+                lost_stop: false,
+                working: false,
+                set: None,
+            })),
         }
     }
 
@@ -105,10 +156,24 @@ impl Shared {
         self.with(|state| state.counters)
     }
 
-    /// Who last gave a command that could be read.
+    /// Whether a console has spoken lately.
     #[must_use]
-    pub fn peer(&self) -> Option<Address> {
-        self.with(|state| state.peer)
+    pub fn is_listened_to(&self) -> bool {
+        self.with(|state| state.heard.is_some_and(|(_, at)| since(at) < GONE))
+    }
+
+    /// The last order that counted.
+    pub(super) fn echo(&self) -> Echo {
+        self.with(|state| {
+            state.heard.map_or(Echo::default(), |(counter, at)| Echo {
+                counter,
+                age_ms: u16::try_from(since(at).as_millis()).unwrap_or(u16::MAX),
+            })
+        })
+    }
+
+    pub(super) fn heard(&self, counter: u32, at: Instant) {
+        self.with(|state| state.heard = Some((counter, at)));
     }
 
     /// What the LED shows.
@@ -121,8 +186,49 @@ impl Shared {
         self.with(|state| state.shown = shown);
     }
 
-    pub(super) fn set_peer(&self, peer: Address) {
-        self.with(|state| state.peer = Some(peer));
+    /// Hands work to the flash. The chip stands still while a page is erased: not while the motor is driven, nor before the
+    /// work at hand is done. From now on nothing new is obeyed until [`Shared::finish`], so that nobody begins to drive.
+    ///
+    /// A tick with everything that it does is one piece to the tasks below it. So to them what is shown is how things are.
+    pub(super) fn hand_over(&self, work: Work) -> Result<(), Refusal> {
+        self.with(|state| self.queue(state, work))
+    }
+
+    /// The same with parameters. By reference, for the control loop's stack is that of whatever it interrupts: no copy of a
+    /// set goes over it.
+    pub(super) fn save(&self, set: &Parameters) -> Result<(), Refusal> {
+        self.with(|state| {
+            self.queue(state, Work::Save)?;
+            state.set = Some(*set);
+            Ok(())
+        })
+    }
+
+    fn queue(&self, state: &mut State, work: Work) -> Result<(), Refusal> {
+        match state.shown {
+            Shown::State(now, _) if now.is_driving() => Err(Refusal::Driving),
+            _ if state.working => Err(Refusal::Saving),
+            _ => {
+                state.working = true;
+                // There is room: the work before is done.
+                self.work.try_send(work).map_err(|_| Refusal::Saving)
+            }
+        }
+    }
+
+    /// The parameters that are to be kept.
+    pub(super) fn set(&self) -> Option<Parameters> {
+        self.with(|state| state.set)
+    }
+
+    /// Whether the flash is at work.
+    pub(super) fn is_working(&self) -> bool {
+        self.with(|state| state.working)
+    }
+
+    /// The work that was handed over is done.
+    pub(super) fn finish(&self) {
+        self.with(|state| state.working = false);
     }
 
     pub(super) fn count(&self, count: impl FnOnce(&mut Counters)) {
@@ -154,13 +260,22 @@ impl Shared {
         });
     }
 
-    /// Queues an order; the oldest goes where there is no room, because what was said last counts.
+    /// Queues an order; the oldest goes where there is no room, because what was said last counts. That the motor shall
+    /// stop is kept nevertheless: see [`Shared::take_lost_stop`].
     pub(super) fn order(&self, order: Order) {
         while self.orders.try_send(order).is_err() {
-            if self.orders.try_receive().is_ok() {
-                self.count(|c| c.commands_dropped = c.commands_dropped.wrapping_add(1));
+            if let Ok(dropped) = self.orders.try_receive() {
+                self.with(|state| {
+                    state.lost_stop |= dropped.begins || dropped.order == ToRobot::Stop;
+                    state.counters.commands_dropped = state.counters.commands_dropped.wrapping_add(1);
+                });
             }
         }
+    }
+
+    /// Whether an order that stops the motor was dropped: a stop, or the first of a session.
+    pub(super) fn take_lost_stop(&self) -> bool {
+        self.with(|state| core::mem::take(&mut state.lost_stop))
     }
 
     /// Queues an answer; whether there was room.
@@ -175,4 +290,9 @@ impl Shared {
     fn with<R>(&self, work: impl FnOnce(&mut State) -> R) -> R {
         self.state.lock(|state| work(&mut state.borrow_mut()))
     }
+}
+
+/// How long ago; 0 where the clock has gone back, at which [`Instant::elapsed`] would panic.
+fn since(at: Instant) -> Duration {
+    Instant::now().saturating_duration_since(at)
 }

@@ -2,8 +2,9 @@
 //! that is slow or deaf.
 
 use std::cell::RefCell;
+use std::rc::Rc;
 
-use bench::{Bench, Cable, HELLO, ROBOT, decode, frame, number, payload};
+use bench::{Bench, Done, HELLO, MET, ROBOT, decode, frame, number, payload};
 use control::protocol::dongle::{Counters, FromDongle, ToDongle};
 use control::protocol::frame::Deframer;
 use embassy_time::Timer;
@@ -11,11 +12,9 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use shell::dongle::{ANSWERS, RECEPTIONS, SENDS};
+use workbench::serial::Cable;
 
 mod bench;
-#[allow(dead_code, reason = "the robot's tests use the rest")]
-#[path = "../common/time.rs"]
-mod time;
 
 fn received(messages: &[FromDongle]) -> Vec<u32> {
     let number = |message: &FromDongle| match message {
@@ -46,45 +45,47 @@ fn usual(number: u32) -> (u64, bool) {
 fn ten_thousand_messages_both_ways_arrive_intact_and_in_order() {
     const MESSAGES: u32 = 10_000;
     let bench = Bench::new();
-    let host = async {
+    let console = bench.clone();
+    let host = async move {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         for number in 0..MESSAGES {
-            bench.send(number);
+            console.send(number);
             Timer::after_micros(random.random_range(1000..3000)).await;
         }
         Timer::after_millis(100).await;
-        bench.usb.say(&ToDongle::Count);
+        console.say(&ToDongle::Count);
     };
-    bench.run(40_000_000, usual, vec![Box::new(host), Box::new(bench.robot_talks(1900, 0..MESSAGES))]);
-    let (messages, bad) = bench.usb.heard();
+    bench.run(40_000_000, usual, vec![Box::pin(host), bench.robot_talks(1900, 0..MESSAGES)]);
+    let (messages, bad) = bench.heard();
     let counters = Counters { received: MESSAGES, sent: 9900, send_failed: 100, ..Counters::default() };
     assert_eq!((bad, &messages[0], messages.last()), (0, &HELLO, Some(&FromDongle::Counted(counters))));
     assert_eq!(received(&messages), (0..MESSAGES).collect::<Vec<_>>());
     assert_eq!(sent(&messages), (0..MESSAGES).map(|n| (n as u16, usual(n).1)).collect::<Vec<_>>());
-    let on_air: Vec<u32> = bench.radio.0.borrow().sent.iter().map(|(_, payload)| number(payload)).collect();
+    let on_air: Vec<u32> = bench.radio.sent().iter().map(|(_, payload)| number(payload)).collect();
     assert_eq!(on_air, (0..MESSAGES).collect::<Vec<_>>());
 }
 
 #[test]
 fn a_host_that_stops_reading_stops_nothing_else() {
     let bench = Bench::new();
-    let host = async {
+    let console = bench.clone();
+    let host = async move {
         for number in 0..1000 {
             match number {
-                100 => bench.usb.plug(Cable::Idle),
-                900 => bench.usb.plug(Cable::Reading),
+                100 => console.usb.plug(Cable::Idle),
+                900 => console.usb.plug(Cable::Reading),
                 _ => {}
             }
-            bench.send(number);
+            console.send(number);
             Timer::after_millis(5).await;
         }
     };
-    bench.run(6_000_000, usual, vec![Box::new(host), Box::new(bench.robot_talks(10_000, 0..500))]);
-    for (index, (at_us, payload)) in bench.radio.0.borrow().sent.iter().enumerate() {
+    bench.run(6_000_000, usual, vec![Box::pin(host), bench.robot_talks(10_000, 0..500)]);
+    for (index, (at_us, payload)) in bench.radio.sent().iter().enumerate() {
         assert_eq!(number(payload) as usize, index);
         assert!(at_us.abs_diff(index as u64 * 5000) < 100, "message {index} went out at {at_us} us");
     }
-    let ((messages, bad), counters) = (bench.usb.heard(), bench.counters());
+    let ((messages, bad), counters) = (bench.heard(), bench.counters());
     assert_eq!((bad, messages.iter().filter(|message| **message == HELLO).count()), (0, 2));
     let (received, sent) = (received(&messages), sent(&messages));
     assert!(received.is_sorted() && sent.is_sorted());
@@ -103,16 +104,17 @@ fn a_host_that_stops_reading_stops_nothing_else() {
 /// Unplugs after a number of bytes, for a second. What was read until then, and what afterwards.
 fn unplugged(after: usize, cable: Cable) -> (Bench, Vec<u8>, Vec<u8>) {
     let bench = Bench::new();
-    bench.usb.change(|wire| wire.change = Some((after, cable)));
-    let before = RefCell::new(Vec::new());
-    let host = async {
+    bench.usb.plug_after(after, cable);
+    let before = Rc::new(RefCell::new(Vec::new()));
+    let (usb, read) = (bench.usb.clone(), Rc::clone(&before));
+    let host = async move {
         Timer::after_millis(1500).await;
-        bench.usb.change(|wire| before.replace(std::mem::take(&mut wire.read)));
-        bench.usb.plug(Cable::Reading);
+        read.replace(usb.take());
+        usb.plug(Cable::Reading);
     };
-    bench.run(4_000_000, usual, vec![Box::new(host), Box::new(bench.robot_talks(20_000, 0..100))]);
-    let afterwards = bench.usb.change(|wire| std::mem::take(&mut wire.read));
-    (bench, before.into_inner(), afterwards)
+    bench.run(4_000_000, usual, vec![Box::pin(host), bench.robot_talks(20_000, 0..100)]);
+    let afterwards = bench.usb.take();
+    (bench, before.take(), afterwards)
 }
 
 #[test]
@@ -152,14 +154,15 @@ fn unplugged_at_any_byte_the_next_program_finds_a_hello_and_whole_frames() {
 #[test]
 fn a_slow_radio_drops_what_it_cannot_take_and_every_send_is_answered_once() {
     let bench = Bench::new();
-    let host = async {
+    let console = bench.clone();
+    let host = async move {
         for number in 0..1000 {
-            bench.send(number);
+            console.send(number);
             Timer::after_millis(2).await;
         }
     };
-    bench.run(4_000_000, |number| (20_000, number % 3 != 0), vec![Box::new(host)]);
-    let ((messages, bad), counters) = (bench.usb.heard(), bench.counters());
+    bench.run(4_000_000, |number| (20_000, number % 3 != 0), vec![Box::pin(host)]);
+    let ((messages, bad), counters) = (bench.heard(), bench.counters());
     let mut answers = sent(&messages);
     let acknowledged = answers.iter().filter(|(_, acknowledged)| *acknowledged).count() as u32;
     answers.sort_unstable();
@@ -167,7 +170,7 @@ fn a_slow_radio_drops_what_it_cannot_take_and_every_send_is_answered_once() {
     assert_eq!((bad, acknowledged, counters.answers_dropped), (0, counters.sent, 0));
     assert_eq!(counters.sent + counters.send_failed + counters.send_dropped, 1000);
     // Fifty a second for two seconds, and what had been waiting then.
-    let on_air = bench.radio.0.borrow().sent.len();
+    let on_air = bench.radio.sent().len();
     assert_eq!(on_air as u32, counters.sent + counters.send_failed);
     assert!((100 + SENDS..=101 + SENDS).contains(&on_air), "{on_air}");
 }
@@ -175,18 +178,44 @@ fn a_slow_radio_drops_what_it_cannot_take_and_every_send_is_answered_once() {
 #[test]
 fn a_failed_read_spoils_one_frame_at_most() {
     let bench = Bench::new();
-    let host = async {
+    let console = bench.clone();
+    let host = async move {
         let whole = frame(&ToDongle::Send { number: 1, to: ROBOT, payload: payload(1) });
-        bench.usb.change(|wire| wire.to_dongle.extend(&whole[..10]));
+        console.write(&whole[..10]);
         Timer::after_millis(1).await;
-        bench.usb.change(|wire| wire.read_error = true);
+        console.usb.fail_chip_read();
         Timer::after_millis(5).await;
         // Without a zero before it.
-        bench.usb.change(|wire| wire.to_dongle.extend(&whole[1..]));
+        console.write(&whole[1..]);
     };
-    bench.run(100_000, usual, vec![Box::new(host)]);
-    assert_eq!(sent(&bench.usb.heard().0), [(1, true)]);
+    bench.run(100_000, usual, vec![Box::pin(host)]);
+    assert_eq!(sent(&bench.heard().0), [(1, true)]);
     assert_eq!(bench.counters(), Counters { sent: 1, bad_frames: 1, ..Counters::default() });
+}
+
+#[test]
+fn keys_reach_the_radio_in_the_host_s_order_and_who_finds_no_room_is_counted() {
+    let bench = Bench::new();
+    let console = bench.clone();
+    let local = |number: u8| ToDongle::Meet { address: [number; 6], local: [number; 16] };
+    let host = async move {
+        console.say(&ToDongle::Primary([9; 16]));
+        console.send(5);
+        for number in 1..=3 {
+            console.say(&local(number));
+        }
+        Timer::after_millis(10).await;
+        console.say(&ToDongle::Count);
+    };
+    bench.run(100_000, usual, vec![Box::pin(host)]);
+    let done = bench.radio.0.borrow().done.clone();
+    assert_eq!(done[0], Done::Primary([9; 16]));
+    assert!(matches!(&done[1], Done::Sent(_, sent) if *sent == payload(5)));
+    assert_eq!(done[2..], [Done::Met([1; 6], [1; 16]), Done::Met([2; 6], [2; 16])]);
+    assert_eq!(done.len(), 2 + MET);
+    let counters = bench.counters();
+    assert_eq!(counters, Counters { sent: 1, not_met: 1, ..Counters::default() });
+    assert_eq!(bench.heard().0.last(), Some(&FromDongle::Counted(counters)));
 }
 
 /// What a host says: sense or rubbish.
@@ -235,14 +264,15 @@ proptest! {
         bytes.push(vec![0]);
         let mut reference = Deframer::default();
         bytes.iter().flatten().for_each(|byte| drop(reference.push::<ToDongle>(*byte)));
-        let host = async {
+        let console = bench.clone();
+        let host = async move {
             for bytes in bytes {
-                bench.usb.change(|wire| wire.to_dongle.extend(bytes));
+                console.write(&bytes);
                 Timer::after_millis(2).await;
             }
         };
-        bench.run(200_000, |_| (1500, true), vec![Box::new(host)]);
-        let (messages, bad) = bench.usb.heard();
+        bench.run(200_000, |_| (1500, true), vec![Box::pin(host)]);
+        let (messages, bad) = bench.heard();
         prop_assert_eq!(bad, 0);
         prop_assert_eq!(sent(&messages), expected);
         prop_assert_eq!(bench.counters().bad_frames, reference.bad());

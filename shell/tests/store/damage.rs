@@ -5,11 +5,11 @@ use control::protocol::radio::Source;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlashErrorKind;
+use postcard_schema::key::Key;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sequential_storage::cache::Cache;
 use sequential_storage::map::{MapConfig, MapStorage};
-use shell::store::layout::layout;
 use shell::store::{self, StoreError};
 
 use crate::{Chip, PAGES, another, factory, load, save, stored};
@@ -90,8 +90,8 @@ fn damage_anywhere_gives_a_set_that_was_saved_or_the_factory_set() {
 }
 
 /// Puts a record into the flash that the library finds in order.
-fn put(flash: &mut Chip, layout: u32, factory: u32, body: &[u8], wrong_crc: u32) {
-    let mut record = [&layout.to_le_bytes(), &factory.to_le_bytes(), &7u32.to_le_bytes(), body].concat();
+fn put(flash: &mut Chip, layout: u64, factory: u32, body: &[u8], wrong_crc: u32) {
+    let mut record = [&layout.to_le_bytes()[..], &factory.to_le_bytes(), &7u32.to_le_bytes(), body].concat();
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&record) ^ wrong_crc;
     record.extend(crc.to_le_bytes());
     let half = 0..flash.range().end / 2;
@@ -102,14 +102,14 @@ fn put(flash: &mut Chip, layout: u32, factory: u32, body: &[u8], wrong_crc: u32)
 #[test]
 fn records_that_are_no_set_are_told_apart() {
     let factory = factory();
-    let own = layout::<Parameters>().expect("fixed layout");
+    let own = u64::from_le_bytes(Key::for_path::<Parameters>("parameters, 1").to_bytes());
     let mut bytes = [0; 2048];
     let good = postcard::to_slice(&factory, &mut bytes).expect("short").to_vec();
     let built_in = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&good);
     let nan = Parameters { tick: f32::NAN, ..factory };
     let refused = postcard::to_slice(&nan, &mut bytes).expect("short").to_vec();
     let long = [&good[..], &[0]].concat();
-    let cases: [(u32, u32, &[u8], u32, Source); 11] = [
+    let cases: [(u64, u32, &[u8], u32, Source); 11] = [
         (own, built_in, &good, 0, Source::Stored),
         (own ^ 1, built_in, &good, 0, Source::FactoryOtherVersion),
         (own ^ 1, built_in, &good[1..], 0, Source::FactoryOtherVersion),
@@ -175,14 +175,14 @@ fn a_range_that_is_not_whole_pages_is_refused() {
     let backwards = std::ops::Range { start: 8192, end: 4096 };
     for range in [0..0, 0..4096, 0..3 * 4096, 0..4 * 4096 + 4, 4..4 * 4096 + 4, backwards] {
         assert_eq!(
-            block_on(store::save(&mut flash, range.clone(), &factory, &factory)),
+            block_on(store::parameters::save(&mut flash, range.clone(), &factory, &factory)),
             Err(StoreError::Range),
             "{range:?}"
         );
-        assert_eq!(block_on(store::load(&mut flash, range, &factory)), (factory, Source::FactoryDamaged));
+        assert_eq!(block_on(store::parameters::load(&mut flash, range, &factory)), (factory, Source::FactoryDamaged));
     }
     assert!(flash.log.is_empty());
     for range in [0..4 * 4096, 4096..6 * 4096] {
-        assert_eq!(block_on(store::save(&mut flash, range, &factory, &factory)), Ok(()));
+        assert_eq!(block_on(store::parameters::save(&mut flash, range, &factory, &factory)), Ok(()));
     }
 }

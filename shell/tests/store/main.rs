@@ -1,21 +1,28 @@
-//! The parameter store on a simulated NOR flash: power cuts, rubbish, other versions, wear.
+//! What is kept in a simulated NOR flash: power cuts, rubbish, other versions, wear.
 
+use std::fmt::Debug;
 use std::path::Path;
 
 use control::Parameters;
+use control::protocol::pairing::Pairing;
 use control::protocol::radio::Source;
+use control::protocol::secure::Key;
 use embassy_futures::block_on;
 use nor_flash::Flash;
 use rand::{Rng, RngExt};
+use shell::store::pairing::Unpaired;
 use shell::store::{self, StoreError};
 
 mod damage;
 mod nor_flash;
+mod pairing;
 mod power;
 mod wear;
 
 /// The parameters' partition as on the chips.
 const PAGES: usize = 6;
+/// And the pairing's.
+const PAIRING_PAGES: usize = 4;
 type Chip = Flash<4096>;
 
 fn factory() -> Parameters {
@@ -49,7 +56,7 @@ fn another(factory: &Parameters, random: &mut impl Rng) -> Parameters {
 
 fn load<const PAGE: usize>(flash: &mut Flash<PAGE>, factory: &Parameters) -> (Parameters, Source) {
     let range = flash.range();
-    block_on(store::load(flash, range, factory))
+    block_on(store::parameters::load(flash, range, factory))
 }
 
 /// Saves a set, or without one resets.
@@ -60,8 +67,8 @@ fn save<const PAGE: usize>(
 ) -> Result<(), StoreError> {
     let range = flash.range();
     match set {
-        Some(set) => block_on(store::save(flash, range, factory, set)),
-        None => block_on(store::reset(flash, range)),
+        Some(set) => block_on(store::parameters::save(flash, range, factory, set)),
+        None => block_on(store::parameters::reset(flash, range)),
     }
 }
 
@@ -73,5 +80,68 @@ fn stored<const PAGE: usize>(flash: &mut Flash<PAGE>, factory: &Parameters) -> O
     } else {
         assert_eq!(set, *factory, "{source:?}");
         None
+    }
+}
+
+/// A pairing that is like no other.
+fn another_pairing(random: &mut impl Rng) -> Pairing {
+    Pairing { console: random.random(), primary: random.random(), local: random.random(), key: Key(random.random()) }
+}
+
+/// What a partition keeps, for tests of either.
+trait Subject: Sync {
+    type Kept: Clone + PartialEq + Debug + Send;
+
+    fn another(&self, random: &mut impl Rng) -> Self::Kept;
+    /// Saves something, or nothing any more.
+    fn save<const PAGE: usize>(&self, flash: &mut Flash<PAGE>, kept: Option<&Self::Kept>) -> Result<(), StoreError>;
+    /// What is in the flash.
+    fn stored<const PAGE: usize>(&self, flash: &mut Flash<PAGE>) -> Option<Self::Kept>;
+}
+
+/// The parameters, beside the factory's.
+struct OfParameters(Parameters);
+
+impl Subject for OfParameters {
+    type Kept = Parameters;
+
+    fn another(&self, random: &mut impl Rng) -> Parameters {
+        another(&self.0, random)
+    }
+
+    fn save<const PAGE: usize>(&self, flash: &mut Flash<PAGE>, set: Option<&Parameters>) -> Result<(), StoreError> {
+        save(flash, &self.0, set)
+    }
+
+    fn stored<const PAGE: usize>(&self, flash: &mut Flash<PAGE>) -> Option<Parameters> {
+        stored(flash, &self.0)
+    }
+}
+
+/// The pairing.
+struct OfPairing;
+
+impl Subject for OfPairing {
+    type Kept = Pairing;
+
+    fn another(&self, random: &mut impl Rng) -> Pairing {
+        another_pairing(random)
+    }
+
+    fn save<const PAGE: usize>(&self, flash: &mut Flash<PAGE>, pairing: Option<&Pairing>) -> Result<(), StoreError> {
+        let range = flash.range();
+        match pairing {
+            Some(pairing) => block_on(store::pairing::save(flash, range, pairing)),
+            None => block_on(store::pairing::forget(flash, range)),
+        }
+    }
+
+    fn stored<const PAGE: usize>(&self, flash: &mut Flash<PAGE>) -> Option<Pairing> {
+        let range = flash.range();
+        match block_on(store::pairing::load(flash, range)) {
+            Ok(pairing) => Some(pairing),
+            Err(Unpaired::Nobody | Unpaired::Damaged) => None,
+            Err(Unpaired::OtherVersion) => panic!("there is only one version"),
+        }
     }
 }

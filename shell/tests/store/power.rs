@@ -4,12 +4,11 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use control::Parameters;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::nor_flash::{Flash, Operation};
-use crate::{PAGES, another, factory, save, stored};
+use crate::{OfPairing, OfParameters, PAGES, PAIRING_PAGES, Subject, factory};
 
 #[derive(Debug, Default)]
 struct Counts {
@@ -22,11 +21,11 @@ struct Counts {
 }
 
 /// One history of saves and cuts, and then a save that is cut at every byte and every erase.
-struct Sequence<'a, const PAGE: usize> {
-    factory: &'a Parameters,
+struct Sequence<'a, S: Subject, const PAGE: usize> {
+    subject: &'a S,
     flash: Flash<PAGE>,
     /// What must be in the flash.
-    current: Option<Parameters>,
+    current: Option<S::Kept>,
     random: Pcg64Mcg,
     counts: Counts,
 }
@@ -34,7 +33,7 @@ struct Sequence<'a, const PAGE: usize> {
 /// Cuts that are tried in one erase, each with other remains.
 const ERASE_CUTS: usize = 24;
 
-impl<const PAGE: usize> Sequence<'_, PAGE> {
+impl<S: Subject, const PAGE: usize> Sequence<'_, S, PAGE> {
     /// The flash as a cut leaves it: `before` is as of the start of the operation.
     fn cut(&mut self, before: &Flash<PAGE>, operation: &Operation, whole: usize) -> Flash<PAGE> {
         let mut flash = before.clone();
@@ -57,28 +56,28 @@ impl<const PAGE: usize> Sequence<'_, PAGE> {
     }
 
     /// Loads, now and then with cuts in what loading repairs, and after that without.
-    fn load(&mut self, flash: &mut Flash<PAGE>) -> Option<Parameters> {
+    fn load(&mut self, flash: &mut Flash<PAGE>) -> Option<S::Kept> {
         for _ in 0..2 {
             let before = flash.clone();
             flash.take_log();
-            let found = stored(flash, self.factory);
+            let found = self.subject.stored(flash);
             let log = flash.take_log();
             if log.is_empty() || self.random.random() {
-                assert_eq!(stored(flash, self.factory), found, "a second look");
+                assert_eq!(self.subject.stored(flash), found, "a second look");
                 return found;
             }
             self.counts.in_recovery += 1;
             *flash = self.cut_somewhere(before, &log);
         }
-        stored(flash, self.factory)
+        self.subject.stored(flash)
     }
 
     /// A save that is cut, or not.
     fn event(&mut self) {
-        let next = self.random.random_bool(0.9).then(|| another(self.factory, &mut self.random));
+        let next = self.random.random_bool(0.9).then(|| self.subject.another(&mut self.random));
         let before = self.flash.clone();
         self.flash.take_log();
-        assert_eq!(save(&mut self.flash, self.factory, next.as_ref()), Ok(()));
+        assert_eq!(self.subject.save(&mut self.flash, next.as_ref()), Ok(()));
         let log = self.flash.take_log();
         if self.random.random_bool(0.3) {
             let mut flash = self.cut_somewhere(before, &log);
@@ -87,7 +86,7 @@ impl<const PAGE: usize> Sequence<'_, PAGE> {
             self.flash = flash;
             self.current = found;
         } else {
-            assert_eq!(stored(&mut self.flash, self.factory), next);
+            assert_eq!(self.subject.stored(&mut self.flash), next);
             self.current = next;
         }
     }
@@ -96,10 +95,10 @@ impl<const PAGE: usize> Sequence<'_, PAGE> {
         for _ in 0..self.random.random_range(0..40) {
             self.event();
         }
-        let next = Some(another(self.factory, &mut self.random));
+        let next = Some(self.subject.another(&mut self.random));
         let mut flash = self.flash.clone();
         flash.take_log();
-        assert_eq!(save(&mut flash, self.factory, next.as_ref()), Ok(()));
+        assert_eq!(self.subject.save(&mut flash, next.as_ref()), Ok(()));
         let log = flash.take_log();
 
         let mut before = self.flash.clone();
@@ -121,9 +120,9 @@ impl<const PAGE: usize> Sequence<'_, PAGE> {
     }
 
     /// After a cut. Now and then with another cut in the repair, and a save.
-    fn recover(&mut self, mut flash: Flash<PAGE>, next: &Option<Parameters>) {
+    fn recover(&mut self, mut flash: Flash<PAGE>, next: &Option<S::Kept>) {
         let thorough = self.random.random_bool(0.1);
-        let found = if thorough { self.load(&mut flash) } else { stored(&mut flash, self.factory) };
+        let found = if thorough { self.load(&mut flash) } else { self.subject.stored(&mut flash) };
         assert!(found == self.current || found == *next, "neither old nor new: {:?}", self.counts);
         if found == *next {
             self.counts.new += 1;
@@ -132,9 +131,9 @@ impl<const PAGE: usize> Sequence<'_, PAGE> {
         }
         if thorough {
             self.counts.saved_after += 1;
-            let third = another(self.factory, &mut self.random);
-            assert_eq!(save(&mut flash, self.factory, Some(&third)), Ok(()));
-            assert_eq!(stored(&mut flash, self.factory), Some(third));
+            let third = self.subject.another(&mut self.random);
+            assert_eq!(self.subject.save(&mut flash, Some(&third)), Ok(()));
+            assert_eq!(self.subject.stored(&mut flash), Some(third));
         }
     }
 }
@@ -151,15 +150,14 @@ impl std::ops::AddAssign for Counts {
 }
 
 /// One sequence a seed, in as many threads as the machine has.
-fn campaign<const PAGE: usize>(pages: usize, seeds: Range<u64>) -> Counts {
-    let factory = factory();
+fn campaign<const PAGE: usize>(subject: &impl Subject, pages: usize, seeds: Range<u64>) -> Counts {
     let (next, total) = (AtomicU64::new(seeds.start), Mutex::new(Counts::default()));
     let work = || {
         while let seed = next.fetch_add(1, Ordering::Relaxed)
             && seed < seeds.end
         {
-            let mut sequence = Sequence::<PAGE> {
-                factory: &factory,
+            let mut sequence = Sequence::<_, PAGE> {
+                subject,
                 flash: Flash::blank(pages),
                 current: None,
                 random: Pcg64Mcg::seed_from_u64(seed),
@@ -175,17 +173,32 @@ fn campaign<const PAGE: usize>(pages: usize, seeds: Range<u64>) -> Counts {
     total.into_inner().expect("no thread failed")
 }
 
-/// Most sequences run on pages that hold a single record, so that almost every save erases one.
-#[test]
-fn a_power_cut_at_every_byte_of_a_write_leaves_the_old_set_or_the_new_one() {
-    let mut counts = campaign::<4096>(PAGES, 0..100);
-    counts += campaign::<1024>(PAGES, 100..900);
-    counts += campaign::<1024>(4, 900..1000);
+fn tell(what: &str, counts: &Counts) {
     let Counts { in_write, in_erase, in_recovery, old, new, saved_after } = counts;
     println!(
         "1000 sequences, power cut in {in_write} places of writes, {in_erase} of erases, {in_recovery} of repairs: \
-         old set {old} times, new set {new} times, never lost, never half-new; next save tried {saved_after} times"
+         old {what} {old} times, new {what} {new} times, never lost, never half-new; next save tried {saved_after} times"
     );
-    assert_eq!(counts.in_write + counts.in_erase, counts.old + counts.new);
+    assert_eq!(in_write + in_erase, old + new);
+    assert!(*old > 0 && *new > 0);
+}
+
+/// Most sequences run on pages that hold a single record, so that almost every save erases one.
+#[test]
+fn a_power_cut_at_every_byte_of_a_write_leaves_the_old_set_or_the_new_one() {
+    let subject = OfParameters(factory());
+    let mut counts = campaign::<4096>(&subject, PAGES, 0..100);
+    counts += campaign::<1024>(&subject, PAGES, 100..900);
+    counts += campaign::<1024>(&subject, 4, 900..1000);
+    tell("set", &counts);
     assert!(counts.in_write > 500_000 && counts.in_erase > 10_000 && counts.in_recovery > 20);
+}
+
+/// Pages of 256 bytes hold two pairings.
+#[test]
+fn a_power_cut_at_every_byte_of_a_write_leaves_the_old_pairing_or_the_new_one() {
+    let mut counts = campaign::<4096>(&OfPairing, PAIRING_PAGES, 0..100);
+    counts += campaign::<256>(&OfPairing, PAIRING_PAGES, 100..1000);
+    tell("pairing", &counts);
+    assert!(counts.in_write > 100_000 && counts.in_erase > 10_000 && counts.in_recovery > 20);
 }

@@ -3,7 +3,8 @@
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use crate::{Chip, PAGES, another, factory, save};
+use crate::nor_flash::Operation;
+use crate::{Chip, OfPairing, OfParameters, PAGES, PAIRING_PAGES, Subject, another, factory, save};
 
 /// SPI NOR flash, erasures a sector (Winbond W25Q32JV, "Endurance").
 const ENDURANCE: u32 = 100_000;
@@ -30,4 +31,22 @@ fn the_stored_set_is_not_written_again() {
     flash.take_log();
     assert_eq!(save(&mut flash, &factory, Some(&factory)), Ok(()));
     assert!(flash.log.is_empty());
+}
+
+/// Bytes that are written when a page is begun already: a record.
+fn record(subject: &impl Subject, pages: usize) -> usize {
+    let (mut flash, mut random) = (Chip::blank(pages), Pcg64Mcg::seed_from_u64(9));
+    for _ in 0..4 {
+        flash.take_log();
+        assert_eq!(subject.save(&mut flash, Some(&subject.another(&mut random))), Ok(()));
+    }
+    let written = flash.take_log().into_iter();
+    written.map(|done| if let Operation::Write { bytes, .. } = done { bytes.len() } else { 0 }).sum()
+}
+
+#[test]
+fn several_records_fit_a_page() {
+    let records = [record(&OfParameters(factory()), PAGES), record(&OfPairing, PAIRING_PAGES)];
+    println!("bytes in flash: {} for parameters, {} for a pairing", records[0], records[1]);
+    assert!(records[0] <= 580 && records[1] <= 120, "{records:?}: shell/src/store.rs tells how long the flash lasts");
 }

@@ -4,9 +4,13 @@
 //! The texts of errors (`Display`) are left out: they are for the host, and firmware reports numbers.
 #![no_std]
 
+use control::parameters::{SetError, table};
 use control::protocol::frame::{Deframer, FrameError, LONGEST, encode};
 use control::protocol::lockstep::{Cost, Meter, Reply, Request, Server, Target};
-use control::protocol::{dongle, radio};
+use control::protocol::secure::{
+    Caller, Ear, HELLO, Heard, Key, Nonce, Opened, Opener, Rejected, Sealer, notice,
+};
+use control::protocol::{dongle, pairing, radio};
 use control::{Actuation, Command, Controller, ParameterError, Parameters, Refusal, Sample, Telemetry};
 
 // `c` is here for memcpy and memset, which the compiler calls; on the chips' target its own library has them.
@@ -29,6 +33,19 @@ extern "C" fn rust_eh_personality() {}
 #[unsafe(no_mangle)]
 pub extern "C" fn make(parameters: &Parameters, made: &mut Result<Controller, ParameterError>) {
     *made = Controller::new(parameters);
+}
+
+/// Any name of a parameter, and any value at any index.
+#[unsafe(no_mangle)]
+pub extern "C" fn set_parameter(
+    parameters: &Parameters,
+    name: &&str,
+    index: u16,
+    value: f32,
+    changed: &mut Result<Parameters, SetError>,
+) -> f32 {
+    *changed = parameters.with(table::find(name).unwrap_or(index), value);
+    table::get(parameters, index).unwrap_or_default()
 }
 
 /// Any command at any time.
@@ -106,20 +123,99 @@ pub extern "C" fn dongle_answer(answer: &dongle::FromDongle, frame: &mut [u8; LO
     encode(answer, frame).map_or(0, <[u8]>::len)
 }
 
-/// Any radio payload to the robot.
+/// Any frame on the air to a robot.
 #[unsafe(no_mangle)]
-pub extern "C" fn radio_receive(
-    payload: &[u8; radio::LONGEST],
+pub extern "C" fn ear_hears(
+    ear: &mut Ear,
+    frame: &[u8; radio::LONGEST],
     length: usize,
-    message: &mut Option<Result<(u16, Command), radio::Misread>>,
+    nonce: &Nonce,
+    heard: &mut Option<Result<Heard<radio::ToRobot>, Rejected>>,
 ) {
-    *message = payload.get(..length).map(radio::decode);
+    *heard = frame.get(..length).map(|frame| ear.hear(frame, || *nonce));
 }
 
-/// Any radio message of the robot.
+/// A robot's ear, and its voice in a session.
 #[unsafe(no_mangle)]
-pub extern "C" fn radio_send(sequence: u16, message: &radio::FromRobot, payload: &mut [u8; radio::LONGEST]) -> usize {
-    radio::encode(sequence, message, payload).map_or(0, <[u8]>::len)
+pub extern "C" fn ear_and_voice(key: &Key, ear: &mut Ear, voice: &mut Sealer) {
+    *ear = Ear::new(key.clone());
+    *voice = Sealer::robot(key.clone());
+}
+
+/// Any message of the robot.
+#[unsafe(no_mangle)]
+pub extern "C" fn robot_tells(voice: &mut Sealer, told: &radio::Telling, frame: &mut [u8; radio::LONGEST]) -> usize {
+    voice.seal(told, frame).map_or(0, |(frame, _)| frame.len())
+}
+
+/// Any order of the console.
+#[unsafe(no_mangle)]
+pub extern "C" fn console_orders(voice: &mut Sealer, order: &radio::ToRobot, frame: &mut [u8; radio::LONGEST]) -> usize {
+    voice.seal(order, frame).map_or(0, |(frame, _)| frame.len())
+}
+
+/// What the robot says to a console of another version.
+#[unsafe(no_mangle)]
+pub extern "C" fn robot_notices(frame: &mut [u8; radio::LONGEST]) {
+    frame.iter_mut().zip(notice()).for_each(|(slot, byte)| *slot = byte);
+}
+
+/// A console calls.
+#[unsafe(no_mangle)]
+pub extern "C" fn console_calls(key: &Key, nonce: &Nonce, caller: &mut Caller, frame: &mut [u8; HELLO]) {
+    *caller = Caller::new(key.clone(), *nonce);
+    *frame = caller.hello();
+}
+
+/// Any frame on the air to a console that calls.
+#[unsafe(no_mangle)]
+pub extern "C" fn console_is_welcomed(
+    caller: &Caller,
+    frame: &[u8; radio::LONGEST],
+    length: usize,
+    session: &mut Option<Result<(Sealer, Opener), Rejected>>,
+) {
+    *session = frame.get(..length).map(|frame| caller.welcomed(frame));
+}
+
+/// Any frame on the air to a console in a session.
+#[unsafe(no_mangle)]
+pub extern "C" fn console_opens(
+    opener: &mut Opener,
+    frame: &[u8; radio::LONGEST],
+    length: usize,
+    opened: &mut Option<Result<Opened<radio::Telling>, Rejected>>,
+) {
+    *opened = frame.get(..length).map(|frame| opener.open(frame));
+}
+
+/// Any byte of the host that pairs a robot.
+#[unsafe(no_mangle)]
+pub extern "C" fn pairing_request(
+    deframer: &mut Deframer,
+    byte: u8,
+    request: &mut Option<Result<pairing::ToRobot, FrameError>>,
+) {
+    *request = deframer.push(byte);
+}
+
+/// Any answer to it.
+#[unsafe(no_mangle)]
+pub extern "C" fn pairing_answer(answer: &pairing::FromRobot, frame: &mut [u8; LONGEST + 1]) -> usize {
+    encode(answer, frame).map_or(0, <[u8]>::len)
+}
+
+/// The host's side of it.
+#[unsafe(no_mangle)]
+pub extern "C" fn pairing_host(
+    deframer: &mut Deframer,
+    byte: u8,
+    request: &pairing::ToRobot,
+    frame: &mut [u8; LONGEST + 1],
+    answer: &mut Option<Result<pairing::FromRobot, FrameError>>,
+) -> usize {
+    *answer = deframer.push(byte);
+    encode(request, frame).map_or(0, <[u8]>::len)
 }
 
 /// A row of telemetry.

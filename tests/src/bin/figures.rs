@@ -5,10 +5,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
+use system_tests::figures::CAMPAIGNS;
 use system_tests::figures::run::Bench;
-use system_tests::figures::{CAMPAIGNS, Row};
+use system_tests::row::{as_json, table};
 
 /// Runs the campaigns behind the figures on control and prints what is required beside what was measured.
 #[derive(Parser)]
@@ -42,38 +42,11 @@ fn main() -> ExitCode {
     }
     println!("{}", table(&rows));
     if let Some(path) = &arguments.json
-        && let Err(error) = std::fs::write(path, format!("{:#}\n", as_json(&rows, arguments.seeds)))
+        && let Err(error) =
+            std::fs::write(path, format!("{:#}\n", json!({ "seeds": arguments.seeds, "rows": as_json(&rows) })))
     {
         eprintln!("{}: {error}", path.display());
         return ExitCode::FAILURE;
     }
     if rows.iter().any(|row| row.holds == Some(false)) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
-}
-
-fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(140);
-    table.set_header(["what", "required", "measured", "holds"]);
-    for row in rows {
-        let holds = match row.holds {
-            Some(true) => "yes",
-            Some(false) => "NO",
-            None => "",
-        };
-        table.add_row([row.what.as_str(), &row.required, &row.measured, holds]);
-    }
-    table
-}
-
-fn as_json(rows: &[Row], seeds: u64) -> serde_json::Value {
-    let rows: Vec<_> = rows
-        .iter()
-        .map(|row| {
-            json!({
-                "what": row.what.trim(), "required": row.required, "measured": row.measured,
-                "holds": row.holds, "numbers": row.numbers,
-            })
-        })
-        .collect();
-    json!({ "seeds": seeds, "rows": rows })
 }

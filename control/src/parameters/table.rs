@@ -1,0 +1,313 @@
+//! Parameters by name: the numbers that a person may read and change while the robot runs.
+//!
+//! A name is the number's path in robot.toml, a value has robot.toml's unit, and the range is a hard one: nothing beyond
+//! it is ever taken, whoever asks. The default is the factory's set, so robot.toml's value.
+//!
+//! Here is what robot.toml hands to the controller unchanged but for the unit. The rest enters through a design and is
+//! not here, because changed alone it would contradict what was designed from it, and no single field holds it:
+//! - `controller.lqg`: the speed law's gains are solved for from these weights, with what surrounds the law;
+//! - motor, load, driver, supply and sensor: the transition, the gains and the sensor's curve follow from them;
+//! - `controller.estimator.*_share`: shares of torques that follow from the motor;
+//! - `controller.estimator.reading_deg` and its three variants: a sensor's calibration decides which of two is taken, so
+//!   that a value that was set would go by the wrong name on half of the robots;
+//! - `controller.tick_s`.
+//!
+//! To change one of these, change robot.toml and flash the robot.
+//!
+//! The wire carries an entry's place in the list, so [`fingerprint`] is part of the protocol's version.
+
+use core::f32::consts::TAU;
+
+use super::check::{ROUNDING, within};
+use super::{ParameterError, Parameters};
+use crate::scalar::clamp;
+
+/// What a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Any number of the range.
+    Real,
+    /// A whole number: a count.
+    Whole,
+}
+
+/// One number. Values are in its unit, wherever they are given.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// Path in robot.toml, under 64 bytes.
+    pub name: &'static str,
+    /// Unit of robot.toml, for people; empty for a pure number.
+    pub unit: &'static str,
+    /// What a value is.
+    pub kind: Kind,
+    /// Lowest value that is ever taken.
+    pub low: f32,
+    /// Highest value that is ever taken.
+    pub high: f32,
+    get: fn(&Parameters) -> f32,
+    set: fn(&mut Parameters, f32),
+}
+
+/// Why a value is not set. The set stays as it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SetError {
+    /// The table ends before this index.
+    NoSuchParameter,
+    /// A count must be a whole number.
+    NotWhole {
+        /// The parameter.
+        name: &'static str,
+        /// What was given.
+        value: f32,
+    },
+    /// Out of its range, or it contradicts another parameter, which may be the one that is named.
+    Refused(ParameterError),
+}
+
+impl core::fmt::Display for SetError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NoSuchParameter => f.write_str("there is no such parameter"),
+            Self::NotWhole { name, value } => write!(f, "{name} must be a whole number, not {value}"),
+            Self::Refused(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for SetError {}
+
+impl From<ParameterError> for SetError {
+    fn from(error: ParameterError) -> Self {
+        Self::Refused(error)
+    }
+}
+
+/// A number that the controller keeps in robot.toml's unit.
+macro_rules! real {
+    ($name:literal, $unit:literal, $low:literal, $high:literal, $($field:ident).+) => {
+        Entry {
+            name: $name,
+            unit: $unit,
+            kind: Kind::Real,
+            low: $low,
+            high: $high,
+            get: |parameters| parameters.$($field).+,
+            set: |parameters, value| parameters.$($field).+ = value,
+        }
+    };
+}
+
+/// An angle: degrees in robot.toml, radians in the controller.
+macro_rules! degrees {
+    ($name:literal, $low:literal, $high:literal, $($field:ident).+) => {
+        Entry {
+            get: |parameters| parameters.$($field).+.to_degrees(),
+            set: |parameters, value| parameters.$($field).+ = value.to_radians(),
+            ..real!($name, "deg", $low, $high, $($field).+)
+        }
+    };
+}
+
+/// A speed: hertz in robot.toml, rad/s in the controller.
+macro_rules! hertz {
+    ($name:literal, $low:literal, $high:literal, $($field:ident).+) => {
+        Entry {
+            get: |parameters| parameters.$($field).+ / TAU,
+            set: |parameters, value| parameters.$($field).+ = value * TAU,
+            ..real!($name, "Hz", $low, $high, $($field).+)
+        }
+    };
+}
+
+/// A count.
+macro_rules! whole {
+    ($name:literal, $low:literal, $high:literal, $($field:ident).+) => {
+        Entry {
+            name: $name,
+            unit: "",
+            kind: Kind::Whole,
+            low: $low,
+            high: $high,
+            get: |parameters| f32::from(parameters.$($field).+),
+            set: |parameters, value| parameters.$($field).+ = nearest_count(value),
+        }
+    };
+}
+
+/// The entries, each at its index.
+pub const TABLE: &[Entry] = &[
+    degrees!("controller.estimator.edge_margin_deg", 0.0, 30.0, sensor.edge_margin),
+    real!("controller.estimator.speed_rad_per_s", "rad/s", 1e-4, 100.0, estimator.speed.speed),
+    real!("controller.estimator.stroke_speed_rad_per_s", "rad/s", 1e-4, 100.0, estimator.stroke.speed),
+    degrees!("controller.estimator.blind_reading_deg", 1.0, 1e4, estimator.blind_reading),
+    real!("controller.estimator.gate_sigma", "", 1.0, 100.0, estimator.gate),
+    whole!("controller.estimator.rejected_limit", 2.0, 10_000.0, estimator.rejected_limit),
+    degrees!("controller.estimator.initial_angle_deg", 0.01, 180.0, estimator.initial_angle),
+    real!("controller.estimator.initial_rad_per_s", "rad/s", 0.01, 1000.0, estimator.initial_speed),
+    whole!("controller.estimator.acquire_samples", 6.0, 16.0, acquisition.samples),
+    degrees!("controller.estimator.acquire_residual_deg", 0.01, 90.0, acquisition.residual),
+    real!("controller.estimator.acquire_least_rad_per_s", "rad/s", 0.01, 1000.0, acquisition.least_speed),
+    real!("controller.estimator.acquire_rad_per_s", "rad/s", 0.01, 1000.0, acquisition.speed),
+    real!("controller.estimator.acquire_patience_s", "s", 1e-3, 10.0, acquisition.patience),
+    real!("controller.position.proportional_v_per_rad", "V/rad", 1e-3, 1e4, position.proportional),
+    real!("controller.position.integral_v_per_rad_s", "V/(rad·s)", 0.0, 1e6, position.integral),
+    real!("controller.position.derivative_v_s_per_rad", "V·s/rad", 0.0, 1e4, position.derivative),
+    whole!("controller.position.average_samples", 1.0, 16.0, position.average),
+    degrees!("controller.position.tolerance_deg", 0.0, 90.0, position.tolerance),
+    real!("controller.position.drag_share", "", 0.0, 2.0, position.drag_share),
+    real!("controller.oscillator.brake_share", "", 0.05, 1.0, oscillator.brake_share),
+    real!("controller.oscillator.proportional_v_per_rad", "V/rad", 1e-3, 1e4, oscillator.proportional),
+    degrees!("controller.oscillator.switch_margin_deg", 0.0, 57.0, oscillator.switch_margin),
+    // At 0 every standstill would count as driven hard.
+    real!("controller.supervisor.driven_duty", "", 0.01, 1.0, supervisor.driven_duty),
+    real!("controller.supervisor.stall_rad_per_s", "rad/s", 0.0, 1000.0, supervisor.stall.limit),
+    real!("controller.supervisor.stall_persistence_s", "s", 0.0, 10.0, supervisor.stall.persistence),
+    real!("controller.supervisor.stall_bound_s", "s", 0.0, 10.0, supervisor.stall.bound),
+    real!("controller.supervisor.runaway_rad_per_s", "rad/s", 0.1, 1e4, supervisor.runaway.limit),
+    real!("controller.supervisor.runaway_persistence_s", "s", 0.0, 10.0, supervisor.runaway.persistence),
+    real!("controller.supervisor.runaway_bound_s", "s", 0.0, 10.0, supervisor.runaway.bound),
+    real!("controller.supervisor.open_rad_per_s", "rad/s", 0.0, 1000.0, supervisor.sensor_open.limit),
+    real!("controller.supervisor.open_persistence_s", "s", 0.0, 10.0, supervisor.sensor_open.persistence),
+    real!("controller.supervisor.open_bound_s", "s", 0.0, 10.0, supervisor.sensor_open.bound),
+    real!("controller.supervisor.shorted_rad_per_s", "rad/s", 0.0, 1000.0, supervisor.sensor_shorted.limit),
+    real!("controller.supervisor.shorted_persistence_s", "s", 0.0, 10.0, supervisor.sensor_shorted.persistence),
+    real!("controller.supervisor.shorted_bound_s", "s", 0.0, 10.0, supervisor.sensor_shorted.bound),
+    real!("controller.supervisor.frozen_lsb", "LSB", 0.0, 100.0, supervisor.sensor_frozen.limit),
+    real!("controller.supervisor.frozen_persistence_s", "s", 0.0, 10.0, supervisor.sensor_frozen.persistence),
+    real!("controller.supervisor.frozen_bound_s", "s", 0.0, 10.0, supervisor.sensor_frozen.bound),
+    real!("controller.supervisor.supply_v", "V", 0.0, 60.0, supervisor.supply_low.limit),
+    real!("controller.supervisor.supply_persistence_s", "s", 0.0, 10.0, supervisor.supply_low.persistence),
+    real!("controller.supervisor.supply_bound_s", "s", 0.0, 10.0, supervisor.supply_low.bound),
+    // Its bound holds the age, and is 10 s at most.
+    real!("controller.supervisor.link_slow_s", "s", 0.0, 1.0, supervisor.slow_after),
+    real!("controller.supervisor.command_age_s", "s", 0.0, 1.0, supervisor.command_old.limit),
+    real!("controller.supervisor.command_persistence_s", "s", 0.0, 1.0, supervisor.command_old.persistence),
+    real!("controller.supervisor.command_bound_s", "s", 0.0, 2.0, supervisor.command_old.bound),
+    real!("controller.supervisor.clock_gap_s", "s", 1e-3, 1.0, supervisor.clock.limit),
+    real!("controller.supervisor.clock_persistence_s", "s", 0.0, 10.0, supervisor.clock.persistence),
+    real!("controller.supervisor.clock_bound_s", "s", 0.0, 10.0, supervisor.clock.bound),
+    hertz!("controller.limits.frequency_hz", 0.01, 150.0, limits.speed),
+    hertz!("controller.limits.least_frequency_hz", 0.0, 100.0, limits.least_speed),
+    degrees!("controller.limits.least_stroke_deg", 0.1, 343.0, limits.least_stroke),
+];
+
+/// The index of a name.
+#[must_use]
+pub fn find(name: &str) -> Option<u16> {
+    TABLE.iter().zip(0..).find_map(|(entry, index)| (entry.name == name).then_some(index))
+}
+
+/// A value of the set, in the entry's unit; `None` beyond the table.
+#[must_use]
+pub fn get(parameters: &Parameters, index: u16) -> Option<f32> {
+    TABLE.get(usize::from(index)).map(|entry| (entry.get)(parameters))
+}
+
+impl Parameters {
+    /// The set with one value changed, in the entry's unit.
+    ///
+    /// # Errors
+    /// See [`SetError`]; the whole set is checked. Numbers that bound each other are changed in the order that keeps the
+    /// set sound: to raise a persistence beyond its bound, raise the bound first.
+    pub fn with(&self, index: u16, value: f32) -> Result<Self, SetError> {
+        let entry = TABLE.get(usize::from(index)).ok_or(SetError::NoSuchParameter)?;
+        within(entry.name, value, entry.low, entry.high)?;
+        if entry.kind == Kind::Whole && (f32::from(nearest_count(value)) - value).abs() > 0.0 {
+            return Err(SetError::NotWhole { name: entry.name, value });
+        }
+        let mut changed = *self;
+        (entry.set)(&mut changed, value);
+        changed.check()?;
+        Ok(changed)
+    }
+}
+
+impl Entry {
+    /// The set's value is in the range; at its ends a conversion's rounding is let pass.
+    pub(super) fn check(&self, parameters: &Parameters) -> Result<(), ParameterError> {
+        let value = (self.get)(parameters);
+        let inside = clamp(value, self.low, self.high);
+        let is_rounded = (value - inside).abs() < ROUNDING * inside.abs();
+        within(self.name, if is_rounded { inside } else { value }, self.low, self.high)
+    }
+}
+
+/// The nearest whole number of 0 ... 65535.
+#[expect(clippy::cast_possible_truncation, reason = "kept within the type before")]
+fn nearest_count(value: f32) -> u16 {
+    (clamp(value, 0.0, f32::from(u16::MAX)) + 0.5) as u16
+}
+
+/// A number for the table: FNV-1a of every name, unit, kind and range, in order.
+#[must_use]
+pub const fn fingerprint() -> u32 {
+    fingerprint_of(TABLE)
+}
+
+const fn fingerprint_of(mut entries: &[Entry]) -> u32 {
+    let mut hash = 0x811C_9DC5;
+    while let [entry, rest @ ..] = entries {
+        let kind = match entry.kind {
+            Kind::Real => 0,
+            Kind::Whole => 1,
+        };
+        // No UTF-8 text holds 0xFF: it ends a word.
+        hash = fnv_1a(hash, entry.name.as_bytes());
+        hash = fnv_1a(hash, &[0xFF]);
+        hash = fnv_1a(hash, entry.unit.as_bytes());
+        hash = fnv_1a(hash, &[0xFF, kind]);
+        hash = fnv_1a(hash, &entry.low.to_bits().to_le_bytes());
+        hash = fnv_1a(hash, &entry.high.to_bits().to_le_bytes());
+        entries = rest;
+    }
+    hash
+}
+
+const fn fnv_1a(mut hash: u32, mut bytes: &[u8]) -> u32 {
+    while let [byte, rest @ ..] = bytes {
+        hash = (hash ^ *byte as u32).wrapping_mul(0x0100_0193);
+        bytes = rest;
+    }
+    hash
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// It is there when the program is compiled.
+    const FINGERPRINT: u32 = fingerprint();
+
+    #[test]
+    fn the_hash_is_fnv_1a() {
+        // Noll's published vectors of the 32-bit hash.
+        for (text, hash) in [("", 0x811C_9DC5), ("a", 0xE40C_292C), ("foobar", 0xBF9C_F968)] {
+            assert_eq!(fnv_1a(0x811C_9DC5, text.as_bytes()), hash, "{text}");
+        }
+    }
+
+    #[test]
+    fn the_fingerprint_changes_with_everything_that_people_and_the_wire_see() {
+        let Some((first, rest)) = TABLE.split_first() else { panic!("the table is empty") };
+        let changed = [
+            Entry { name: "controller.estimator.edge_margin", ..*first },
+            Entry { unit: "rad", ..*first },
+            Entry { kind: Kind::Whole, ..*first },
+            Entry { low: -first.high, ..*first },
+            Entry { high: first.high + 1.0, ..*first },
+        ];
+        let mut hashes = std::vec![FINGERPRINT, fingerprint_of(rest)];
+        for entry in changed {
+            let mut table = TABLE.to_vec();
+            table[0] = entry;
+            hashes.push(fingerprint_of(&table));
+        }
+        let mut swapped = TABLE.to_vec();
+        swapped.swap(0, 1);
+        hashes.push(fingerprint_of(&swapped));
+        let mut unique = hashes.clone();
+        unique.sort_unstable();
+        unique.dedup();
+        assert_eq!(unique.len(), hashes.len(), "{hashes:x?}");
+    }
+}

@@ -1,0 +1,396 @@
+//! Who may drive: frames on the air that only a robot and the console it is paired with can make.
+//!
+//! ```text
+//! version u32 | kind u8 | body | tag 16 bytes            little endian, at most 250 bytes
+//!               Hello     console nonce                   under the pairing key
+//!               Welcome   console nonce, robot nonce      under the pairing key
+//!               Order     counter u32, postcard           under the session key
+//!               Telling   counter u32, postcard           under the session key
+//!               Notice    (nothing, and no tag)
+//! ```
+//!
+//! A tag is HMAC-SHA-256 (RFC 2104, FIPS 180-4) of everything before it, cut to its first 16 bytes. The session key is
+//! HMAC-SHA-256 of both nonces under the pairing key: a frame of another session, of another robot, or of the other
+//! direction has a wrong tag. Within a session the counter only grows, so that a frame counts once. A robot changes to a new
+//! session with the first order under it and not with the `Hello`, which somebody may have recorded: a replayed `Hello`
+//! ends nothing.
+//!
+//! The layout up to `kind` stays for ever. It is how ends of different versions find that out; the notice says so to a
+//! console, and nobody believes it more than that.
+
+use hmac::{Hmac, KeyInit, Mac};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use sha2::Sha256;
+
+use super::VERSION;
+use super::radio::LONGEST;
+
+/// Part of the version: raise it with every change of what a frame is made of, which no schema tells.
+pub const LAYOUT: u32 = 1;
+/// Bytes of a tag.
+pub const TAG: usize = 16;
+/// Bytes before a body: version and kind.
+pub const HEAD: usize = 5;
+/// Longest postcard message in an order or a telling, bytes.
+pub const LONGEST_BODY: usize = LONGEST - HEAD - COUNTER - TAG;
+
+const COUNTER: usize = 4;
+const NONCE: usize = 8;
+/// Another length than those of a `Hello` and a `Welcome` without their tags: what makes a session key is never a frame.
+const SESSION: &[u8; 24] = b"scram session key, v1   ";
+
+/// 256 secret bits. Nothing prints them.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Key(pub [u8; 32]);
+
+impl core::fmt::Debug for Key {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Key(secret)")
+    }
+}
+
+/// A number that was never used before. From a random generator that nobody can guess.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Nonce(pub [u8; NONCE]);
+
+/// What a frame is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// From a console: let us begin.
+    Hello,
+    /// From a robot: begun.
+    Welcome,
+    /// From a console.
+    Order,
+    /// From a robot.
+    Telling,
+    /// From a robot to a console of another version. The only frame without a tag.
+    Notice,
+}
+
+impl Kind {
+    const ALL: [Self; 5] = [Self::Hello, Self::Welcome, Self::Order, Self::Telling, Self::Notice];
+
+    fn code(self) -> u8 {
+        match self {
+            Self::Hello => 1,
+            Self::Welcome => 2,
+            Self::Order => 3,
+            Self::Telling => 4,
+            Self::Notice => 5,
+        }
+    }
+}
+
+/// Why a frame does nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rejected {
+    /// Of another version of the protocol.
+    OtherVersion(u32),
+    /// No frame of ours, or one that goes the other way.
+    Misdirected,
+    /// The tag is wrong: forged, damaged, another robot's, of a session that is over or that never was.
+    Forged,
+    /// The tag is right, and a frame at least as new was there before: late, repeated by the radio, or replayed.
+    Outdated,
+    /// The tag is right, and yet it holds no message. Ends of one version do not do that.
+    Unreadable,
+}
+
+/// Why a frame is not made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unsealed {
+    /// The message is longer than [`LONGEST_BODY`].
+    TooLong,
+    /// The counter has come to its end, after a year: begin a new session.
+    Exhausted,
+}
+
+/// The version and the kind of a frame, whoever it is from.
+///
+/// # Errors
+/// Of another version, or none.
+pub fn kind(frame: &[u8]) -> Result<Kind, Rejected> {
+    let (version, rest) = frame.split_first_chunk::<4>().ok_or(Rejected::Misdirected)?;
+    let version = u32::from_le_bytes(*version);
+    if version != VERSION {
+        return Err(Rejected::OtherVersion(version));
+    }
+    let code = rest.first().ok_or(Rejected::Misdirected)?;
+    Kind::ALL.into_iter().find(|kind| kind.code() == *code).ok_or(Rejected::Misdirected)
+}
+
+/// The frame that says which version this end speaks.
+#[must_use]
+pub fn notice() -> [u8; HEAD] {
+    head(Kind::Notice)
+}
+
+fn head(kind: Kind) -> [u8; HEAD] {
+    let [a, b, c, d] = VERSION.to_le_bytes();
+    [a, b, c, d, kind.code()]
+}
+
+/// HMAC-SHA-256. Its key has the length of a block's half: it is never refused.
+fn mac(key: &Key, parts: &[&[u8]]) -> Hmac<Sha256> {
+    let mut block = sha2::digest::Key::<Hmac<Sha256>>::default();
+    // RFC 2104: a key shorter than a block is filled up with zeros.
+    for (slot, byte) in block.iter_mut().zip(key.0) {
+        *slot = byte;
+    }
+    let mut mac = Hmac::<Sha256>::new(&block);
+    parts.iter().for_each(|part| mac.update(part));
+    mac
+}
+
+fn tag(key: &Key, signed: &[u8]) -> [u8; TAG] {
+    let mut tag = [0; TAG];
+    for (slot, byte) in tag.iter_mut().zip(mac(key, &[signed]).finalize().into_bytes()) {
+        *slot = byte;
+    }
+    tag
+}
+
+/// What is before the tag, if the tag is right. Takes equally long for every wrong one.
+fn verified<'f>(key: &Key, frame: &'f [u8]) -> Result<&'f [u8], Rejected> {
+    let (signed, tag) = frame.split_last_chunk::<TAG>().ok_or(Rejected::Forged)?;
+    mac(key, &[signed]).verify_truncated_left(tag).map_err(|_| Rejected::Forged)?;
+    Ok(signed)
+}
+
+fn session_key(pairing: &Key, console: Nonce, robot: Nonce) -> Key {
+    Key(mac(pairing, &[SESSION, &console.0, &robot.0]).finalize().into_bytes().into())
+}
+
+/// Makes the frames of one end in a session.
+#[derive(Debug)]
+pub struct Sealer {
+    key: Key,
+    kind: Kind,
+    next: u32,
+}
+
+impl Sealer {
+    /// A robot's, from its session's key.
+    #[must_use]
+    pub fn robot(key: Key) -> Self {
+        Self { key, kind: Kind::Telling, next: 0 }
+    }
+
+    fn console(key: Key) -> Self {
+        Self { key, kind: Kind::Order, next: 0 }
+    }
+
+    /// The frame of a message, in `buffer`, and its counter.
+    ///
+    /// # Errors
+    /// See [`Unsealed`].
+    pub fn seal<'b, B: Serialize>(
+        &mut self,
+        body: &B,
+        buffer: &'b mut [u8; LONGEST],
+    ) -> Result<(&'b [u8], u32), Unsealed> {
+        let counter = self.next;
+        let next = counter.checked_add(1).ok_or(Unsealed::Exhausted)?;
+        let (start, rest) = buffer.split_first_chunk_mut::<{ HEAD + COUNTER }>().ok_or(Unsealed::TooLong)?;
+        let counted = head(self.kind).into_iter().chain(counter.to_le_bytes());
+        start.iter_mut().zip(counted).for_each(|(slot, byte)| *slot = byte);
+        let room = rest.get_mut(..LONGEST_BODY).ok_or(Unsealed::TooLong)?;
+        let body = postcard::to_slice(body, room).map_err(|_| Unsealed::TooLong)?.len();
+        let end = body.saturating_add(HEAD + COUNTER);
+        let (signed, rest) = buffer.split_at_mut_checked(end).ok_or(Unsealed::TooLong)?;
+        *rest.first_chunk_mut::<TAG>().ok_or(Unsealed::TooLong)? = tag(&self.key, signed);
+        self.next = next;
+        Ok((buffer.get(..end.saturating_add(TAG)).ok_or(Unsealed::TooLong)?, counter))
+    }
+}
+
+/// A message that came through, and how many are missing before it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opened<B> {
+    /// The message.
+    pub body: B,
+    /// Its counter.
+    pub counter: u32,
+    /// Frames of this session between the last one that came and this.
+    pub missing: u32,
+}
+
+/// Reads the frames of the other end in a session.
+#[derive(Debug)]
+pub struct Opener {
+    key: Key,
+    kind: Kind,
+    /// The counter that is new enough.
+    expected: u32,
+}
+
+impl Opener {
+    fn new(key: Key, kind: Kind) -> Self {
+        Self { key, kind, expected: 0 }
+    }
+
+    /// The message of a frame.
+    ///
+    /// # Errors
+    /// See [`Rejected`]; nothing has changed then.
+    pub fn open<B: DeserializeOwned>(&mut self, frame: &[u8]) -> Result<Opened<B>, Rejected> {
+        if kind(frame)? != self.kind {
+            return Err(Rejected::Misdirected);
+        }
+        let signed = verified(&self.key, frame)?;
+        let body = signed.get(HEAD..).ok_or(Rejected::Forged)?;
+        let (counter, body) = body.split_first_chunk::<COUNTER>().ok_or(Rejected::Unreadable)?;
+        let counter = u32::from_le_bytes(*counter);
+        let missing = counter.checked_sub(self.expected).ok_or(Rejected::Outdated)?;
+        // Once more than the last: a sealer never gets there.
+        self.expected = counter.saturating_add(1);
+        match postcard::take_from_bytes(body) {
+            Ok((body, [])) => Ok(Opened { body, counter, missing }),
+            _ => Err(Rejected::Unreadable),
+        }
+    }
+}
+
+/// A console's call to one robot, until it is answered.
+#[derive(Clone, Debug)]
+pub struct Caller {
+    key: Key,
+    nonce: Nonce,
+}
+
+/// Length of a `Hello`, bytes.
+pub const HELLO: usize = HEAD + NONCE + TAG;
+/// Length of a `Welcome`, bytes.
+pub const WELCOME: usize = HEAD + 2 * NONCE + TAG;
+
+impl Caller {
+    /// `nonce` is new for every session.
+    #[must_use]
+    pub fn new(key: Key, nonce: Nonce) -> Self {
+        Self { key, nonce }
+    }
+
+    /// The frame that begins a session. The same again until it is answered.
+    #[must_use]
+    pub fn hello(&self) -> [u8; HELLO] {
+        signed(&self.key, Kind::Hello, &self.nonce.0)
+    }
+
+    /// The session, if the frame is the answer to this call.
+    ///
+    /// # Errors
+    /// See [`Rejected`].
+    pub fn welcomed(&self, frame: &[u8]) -> Result<(Sealer, Opener), Rejected> {
+        if kind(frame)? != Kind::Welcome {
+            return Err(Rejected::Misdirected);
+        }
+        let (_, nonces) = verified(&self.key, frame)?.split_first_chunk::<HEAD>().ok_or(Rejected::Forged)?;
+        let (console, robot) = nonces.split_first_chunk::<NONCE>().ok_or(Rejected::Unreadable)?;
+        let robot = Nonce(robot.try_into().map_err(|_| Rejected::Unreadable)?);
+        if *console != self.nonce.0 {
+            return Err(Rejected::Outdated);
+        }
+        let key = session_key(&self.key, self.nonce, robot);
+        Ok((Sealer::console(key.clone()), Opener::new(key, Kind::Telling)))
+    }
+}
+
+/// A frame of nonces.
+fn signed<const LENGTH: usize>(key: &Key, kind: Kind, nonces: &[u8]) -> [u8; LENGTH] {
+    let mut frame = [0; LENGTH];
+    if let Some((start, end)) = frame.split_last_chunk_mut::<TAG>() {
+        start
+            .iter_mut()
+            .zip(head(kind).into_iter().chain(nonces.iter().copied()))
+            .for_each(|(slot, byte)| *slot = byte);
+        *end = tag(key, start);
+    }
+    frame
+}
+
+/// What a robot hears.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Heard<B> {
+    /// The paired console calls: this is the answer.
+    Hello([u8; WELCOME]),
+    /// It orders something. `began` is the key of a session that begins with this order, for [`Sealer::robot`].
+    Order {
+        /// What.
+        order: Opened<B>,
+        /// A new session's key.
+        began: Option<Key>,
+    },
+}
+
+/// A robot's ear for its one console.
+#[derive(Debug)]
+pub struct Ear {
+    key: Key,
+    session: Option<Opener>,
+    /// A session that was offered, and the call that it answers.
+    offered: Option<(Nonce, Nonce, Opener)>,
+}
+
+impl Ear {
+    /// For the pairing key.
+    #[must_use]
+    pub fn new(key: Key) -> Self {
+        Self { key, session: None, offered: None }
+    }
+
+    /// Takes a frame in. `fresh` makes a nonce where a new session is to be offered.
+    ///
+    /// # Errors
+    /// See [`Rejected`]; nothing has changed then, but that a frame which is [`Rejected::Unreadable`] is not taken again.
+    pub fn hear<B: DeserializeOwned>(
+        &mut self,
+        frame: &[u8],
+        fresh: impl FnOnce() -> Nonce,
+    ) -> Result<Heard<B>, Rejected> {
+        match kind(frame)? {
+            Kind::Hello => self.offer(frame, fresh).map(Heard::Hello),
+            Kind::Order => self.order(frame),
+            Kind::Welcome | Kind::Telling | Kind::Notice => Err(Rejected::Misdirected),
+        }
+    }
+
+    /// Answers a call; the same call gets the same answer, for it is repeated until one arrives.
+    fn offer(&mut self, frame: &[u8], fresh: impl FnOnce() -> Nonce) -> Result<[u8; WELCOME], Rejected> {
+        let (_, nonce) = verified(&self.key, frame)?.split_first_chunk::<HEAD>().ok_or(Rejected::Forged)?;
+        let console = Nonce(nonce.try_into().map_err(|_| Rejected::Unreadable)?);
+        let robot = match &self.offered {
+            Some((answered, robot, _)) if *answered == console => *robot,
+            _ => {
+                let robot = fresh();
+                let opener = Opener::new(session_key(&self.key, console, robot), Kind::Order);
+                self.offered = Some((console, robot, opener));
+                robot
+            }
+        };
+        let mut nonces = [0; 2 * NONCE];
+        nonces.iter_mut().zip(console.0.into_iter().chain(robot.0)).for_each(|(slot, byte)| *slot = byte);
+        Ok(signed(&self.key, Kind::Welcome, &nonces))
+    }
+
+    fn order<B: DeserializeOwned>(&mut self, frame: &[u8]) -> Result<Heard<B>, Rejected> {
+        let present = match &mut self.session {
+            Some(session) => session.open(frame),
+            None => Err(Rejected::Forged),
+        };
+        match (present, &mut self.offered) {
+            (Ok(order), _) => Ok(Heard::Order { order, began: None }),
+            (Err(Rejected::Forged), Some((.., offered))) => {
+                let order = offered.open(frame)?;
+                let began = Some(offered.key.clone());
+                self.session = self.offered.take().map(|(.., opener)| opener);
+                Ok(Heard::Order { order, began })
+            }
+            (Err(rejected), _) => Err(rejected),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

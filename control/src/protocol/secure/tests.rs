@@ -1,0 +1,160 @@
+use std::vec::Vec;
+
+use super::*;
+
+const KEY: Key = Key([7; 32]);
+
+fn ear() -> Ear {
+    Ear::new(KEY)
+}
+
+fn nonce(number: u8) -> Nonce {
+    Nonce([number; NONCE])
+}
+
+/// A session of a console's nonce and a robot's.
+fn session(ear: &mut Ear, console: u8, robot: u8) -> (Sealer, Opener) {
+    let caller = Caller::new(KEY, nonce(console));
+    let Ok(Heard::<u32>::Hello(welcome)) = ear.hear(&caller.hello(), || nonce(robot)) else { panic!("welcome") };
+    caller.welcomed(&welcome).expect("the answer to this call")
+}
+
+fn seal(sealer: &mut Sealer, body: u32) -> Vec<u8> {
+    sealer.seal(&body, &mut [0; LONGEST]).expect("short").0.to_vec()
+}
+
+fn hear(ear: &mut Ear, frame: &[u8]) -> Result<(u32, u32, bool), Rejected> {
+    match ear.hear::<u32>(frame, || panic!("no new nonce"))? {
+        Heard::Order { order, began } => Ok((order.body, order.missing, began.is_some())),
+        Heard::Hello(_) => panic!("an order"),
+    }
+}
+
+/// Against the `hmac` module of Python's standard library.
+#[test]
+fn a_tag_is_hmac_sha_256_cut_short() {
+    let expected = [0xdb, 0x46, 0x91, 0x25, 0x9c, 0xa0, 0x71, 0x40, 0x59, 0xcf, 0x91, 0x7f, 0xff, 0xab, 0x03, 0xd1];
+    assert_eq!(tag(&KEY, b"Hi There"), expected);
+}
+
+#[test]
+fn both_ends_understand_each_other_and_nobody_else_does() {
+    let mut ear = ear();
+    let (mut sealer, mut opener) = session(&mut ear, 1, 2);
+    assert_eq!(hear(&mut ear, &seal(&mut sealer, 70_000)), Ok((70_000, 0, true)));
+    assert_eq!(hear(&mut ear, &seal(&mut sealer, 5)), Ok((5, 0, false)));
+    let mut robot = Sealer::robot(session_key(&KEY, nonce(1), nonce(2)));
+    let told = seal(&mut robot, 9);
+    assert_eq!(opener.open::<u32>(&told).map(|opened| opened.body), Ok(9));
+    assert_eq!(hear(&mut ear, &told), Err(Rejected::Misdirected));
+    let mut other = Ear::new(Key([8; 32]));
+    session_of_other(&mut other);
+    assert_eq!(hear(&mut other, &seal(&mut sealer, 5)), Err(Rejected::Forged));
+}
+
+fn session_of_other(ear: &mut Ear) {
+    let caller = Caller::new(Key([8; 32]), nonce(1));
+    assert!(matches!(ear.hear::<u32>(&caller.hello(), || nonce(2)), Ok(Heard::Hello(_))));
+}
+
+#[test]
+fn every_wrong_bit_and_every_cut_is_rejected() {
+    let mut ear = ear();
+    let (mut sealer, _) = session(&mut ear, 1, 2);
+    let good = seal(&mut sealer, 1_000_000);
+    for index in 0..good.len() {
+        for bit in 0..8 {
+            let mut bad = good.clone();
+            bad[index] ^= 1 << bit;
+            assert!(hear(&mut ear, &bad).is_err(), "byte {index} bit {bit}");
+        }
+        assert!(hear(&mut ear, &good[..index]).is_err(), "{index} bytes");
+    }
+    let mut longer = good.clone();
+    longer.push(0);
+    assert_eq!(hear(&mut ear, &longer), Err(Rejected::Forged));
+    assert_eq!(hear(&mut ear, &good), Ok((1_000_000, 0, true)));
+}
+
+#[test]
+fn a_frame_counts_once_and_a_late_one_not_at_all() {
+    let mut ear = ear();
+    let (mut sealer, _) = session(&mut ear, 1, 2);
+    let frames: Vec<_> = (0..5).map(|body| seal(&mut sealer, body)).collect();
+    assert_eq!(hear(&mut ear, &frames[0]), Ok((0, 0, true)));
+    assert_eq!(hear(&mut ear, &frames[0]), Err(Rejected::Outdated));
+    assert_eq!(hear(&mut ear, &frames[3]), Ok((3, 2, false)));
+    for late in &frames[..4] {
+        assert_eq!(hear(&mut ear, late), Err(Rejected::Outdated));
+    }
+    assert_eq!(hear(&mut ear, &frames[4]), Ok((4, 0, false)));
+}
+
+#[test]
+fn a_replayed_hello_ends_nothing_and_an_old_sessions_orders_are_over() {
+    let mut ear = ear();
+    let old_call = Caller::new(KEY, nonce(1)).hello();
+    let (mut old, _) = session(&mut ear, 1, 2);
+    let recorded = seal(&mut old, 1);
+    assert_eq!(hear(&mut ear, &recorded), Ok((1, 0, true)));
+    let (mut now, _) = session(&mut ear, 3, 4);
+    // Until the new session speaks, the old one counts.
+    assert_eq!(hear(&mut ear, &seal(&mut old, 2)), Ok((2, 0, false)));
+    assert_eq!(hear(&mut ear, &seal(&mut now, 3)), Ok((3, 0, true)));
+    assert_eq!(hear(&mut ear, &seal(&mut old, 4)), Err(Rejected::Forged));
+    // The old call again: another robot nonce, so that the recorded orders do not fit.
+    assert!(matches!(ear.hear::<u32>(&old_call, || nonce(5)), Ok(Heard::Hello(_))));
+    assert_eq!(hear(&mut ear, &recorded), Err(Rejected::Forged));
+    assert_eq!(hear(&mut ear, &seal(&mut now, 6)), Ok((6, 0, false)));
+}
+
+#[test]
+fn a_call_that_is_repeated_gets_the_same_answer() {
+    let mut ear = ear();
+    let caller = Caller::new(KEY, nonce(1));
+    let first = ear.hear::<u32>(&caller.hello(), || nonce(2));
+    assert_eq!(ear.hear::<u32>(&caller.hello(), || nonce(3)), first);
+}
+
+#[test]
+fn a_welcome_to_another_call_is_outdated_and_a_forged_one_is_rejected() {
+    let mut ear = ear();
+    let first = Caller::new(KEY, nonce(1));
+    let Ok(Heard::<u32>::Hello(welcome)) = ear.hear(&first.hello(), || nonce(2)) else { panic!("welcome") };
+    let second = Caller::new(KEY, nonce(3));
+    assert_eq!(second.welcomed(&welcome).err(), Some(Rejected::Outdated));
+    let stranger = Caller::new(Key([9; 32]), nonce(1));
+    assert_eq!(stranger.welcomed(&welcome).err(), Some(Rejected::Forged));
+    assert_eq!(ear.hear::<u32>(&stranger.hello(), || panic!("not for a stranger")), Err(Rejected::Forged));
+}
+
+#[test]
+fn another_version_is_named_before_anything_else_is_looked_at() {
+    let mut frame = Caller::new(KEY, nonce(1)).hello();
+    frame[..4].copy_from_slice(&(VERSION ^ 1).to_le_bytes());
+    assert_eq!(ear().hear::<u32>(&frame, || nonce(2)), Err(Rejected::OtherVersion(VERSION ^ 1)));
+    assert_eq!(kind(&notice()), Ok(Kind::Notice));
+    assert_eq!(kind(&[]), Err(Rejected::Misdirected));
+}
+
+#[test]
+fn the_longest_body_fits_and_a_longer_one_is_refused() {
+    let mut sealer = Sealer::robot(KEY);
+    let mut buffer = [0; LONGEST];
+    let body = std::vec![1u8; LONGEST_BODY - 2];
+    assert_eq!(sealer.seal(&body.as_slice(), &mut buffer).map(|(frame, _)| frame.len()), Ok(LONGEST));
+    let body = std::vec![1u8; LONGEST_BODY - 1];
+    assert_eq!(sealer.seal(&body.as_slice(), &mut buffer), Err(Unsealed::TooLong));
+}
+
+#[test]
+fn a_counter_at_its_end_seals_no_more() {
+    let mut sealer = Sealer { next: u32::MAX, ..Sealer::robot(KEY) };
+    assert_eq!(sealer.seal(&1u32, &mut [0; LONGEST]), Err(Unsealed::Exhausted));
+}
+
+#[test]
+fn a_key_is_not_printed() {
+    let printed = std::format!("{:?} {:?} {:?}", KEY, ear(), Sealer::robot(KEY));
+    assert!(!printed.contains('7'), "{printed}");
+}

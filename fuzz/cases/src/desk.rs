@@ -1,0 +1,154 @@
+//! A console on a serial line with a dongle and one robot that say what the bytes tell them to.
+
+use std::cell::{RefCell, RefMut};
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
+use std::rc::Rc;
+use std::time::Duration;
+
+use control::protocol::VERSION;
+use control::protocol::dongle::{Address, FromDongle, Payload, ToDongle};
+use control::protocol::frame::{Deframer, LONGEST, encode};
+use control::protocol::pairing::Pairing;
+use control::protocol::radio::{self, Telling, ToRobot};
+use control::protocol::secure::{Ear, Heard, Sealer};
+use scram::console::Engine;
+use scram::link::{Keys, KnownRobot, Line, Session};
+
+use crate::air::{KEY, Nonces};
+
+/// The robot's.
+pub const ROBOT: Address = [0x7c, 0xdf, 0xa1, 0, 0x11, 0x22];
+const DONGLE: Address = [2, 0, 0, 0, 0, 1];
+/// What a read waits.
+const READ: Duration = Duration::from_millis(2);
+
+/// The far end of the line.
+pub struct Desk {
+    now: Duration,
+    to_host: VecDeque<u8>,
+    from_host: Deframer,
+    ear: Ear,
+    robot: Option<Sealer>,
+    nonces: Nonces,
+}
+
+impl Desk {
+    fn new() -> Self {
+        Self {
+            now: Duration::ZERO,
+            to_host: VecDeque::new(),
+            from_host: Deframer::default(),
+            ear: Ear::new(KEY),
+            robot: None,
+            nonces: Nonces::default(),
+        }
+    }
+
+    /// Bytes as they are.
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        self.to_host.extend(bytes);
+    }
+
+    /// A good frame of the dongle.
+    pub fn dongle(&mut self, message: &FromDongle) {
+        let mut buffer = [0; LONGEST + 1];
+        self.to_host.extend(encode(message, &mut buffer).expect("every message fits"));
+    }
+
+    /// A radio frame.
+    pub fn radio(&mut self, frame: &[u8]) {
+        let payload = Payload::from_slice(&frame[..frame.len().min(radio::LONGEST)]).expect("cut to length");
+        self.dongle(&FromDongle::Received { from: ROBOT, rssi: -60, payload });
+    }
+
+    /// What the robot tells, once a session lives.
+    pub fn robot(&mut self, telling: &Telling) {
+        let mut buffer = [0; radio::LONGEST];
+        let frame = self.robot.as_mut().and_then(|robot| robot.seal(telling, &mut buffer).ok());
+        if let Some((frame, _)) = frame {
+            let frame = frame.to_vec();
+            self.radio(&frame);
+        }
+    }
+
+    /// Time passes.
+    pub fn wait(&mut self, time: Duration) {
+        self.now += time;
+    }
+
+    fn hear(&mut self, message: ToDongle) {
+        match message {
+            ToDongle::Hello => {
+                self.dongle(&FromDongle::Hello { version: VERSION, address: DONGLE, channel: 1 });
+            }
+            ToDongle::Send { number, to, payload } => {
+                self.dongle(&FromDongle::Sent { number, acknowledged: true });
+                if to == ROBOT {
+                    self.order(&payload);
+                }
+            }
+            ToDongle::Count | ToDongle::Primary(_) | ToDongle::Meet { .. } => {}
+        }
+    }
+
+    fn order(&mut self, frame: &[u8]) {
+        match self.ear.hear::<ToRobot>(frame, || self.nonces.fresh()) {
+            Ok(Heard::Hello(welcome)) => self.radio(&welcome),
+            Ok(Heard::Order { began: Some(key), .. }) => self.robot = Some(Sealer::robot(key)),
+            Ok(Heard::Order { .. }) => {}
+            Err(error) => panic!("the console's own frame is {error:?}"),
+        }
+    }
+}
+
+/// The console's end of the line, and a hold on the other.
+#[derive(Clone)]
+pub struct Cable(Rc<RefCell<Desk>>);
+
+impl Cable {
+    /// What is at the far end.
+    pub fn desk(&self) -> RefMut<'_, Desk> {
+        self.0.borrow_mut()
+    }
+}
+
+impl Read for Cable {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let mut desk = self.desk();
+        desk.now += READ;
+        if desk.to_host.is_empty() { Err(ErrorKind::TimedOut.into()) } else { desk.to_host.read(buffer) }
+    }
+}
+
+impl Write for Cable {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut desk = self.desk();
+        for byte in bytes {
+            if let Some(message) = desk.from_host.push(*byte) {
+                desk.hear(message.expect("the console's own frame"));
+            }
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Cable {
+    fn now(&self) -> Duration {
+        self.0.borrow().now
+    }
+}
+
+/// A console, its robot not heard yet, and its cable.
+pub fn console() -> (Engine<Cable>, Cable) {
+    let pairing = Pairing { console: DONGLE, primary: [1; 16], local: [2; 16], key: KEY };
+    let keys = Keys::of([1; 16], vec![KnownRobot { name: "one".to_owned(), address: ROBOT, pairing }]);
+    let mut nonces = Nonces::default();
+    let cable = Cable(Rc::new(RefCell::new(Desk::new())));
+    let session = Session::open(cable.clone(), &keys, Box::new(move || nonces.fresh()), Duration::from_secs(1));
+    (Engine::new(session.expect("the dongle answers"), "any"), cable)
+}

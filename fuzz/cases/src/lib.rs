@@ -1,0 +1,58 @@
+//! Every decoder of the project as a function of any bytes: [`TARGETS`]. A function panics where the decoder did something
+//! that it never may; it returns whatever the bytes are otherwise. What the bytes mean is said in each module: where random
+//! ones would never get past a checksum, they are commands to somebody who makes frames or files.
+//!
+//! `fuzz/` hands them to libFuzzer, `tests/` feeds them a seeded minute without it.
+
+mod air;
+mod air_console;
+mod air_robot;
+mod bytes;
+mod console;
+mod desk;
+mod flash;
+mod keys_file;
+mod mcap;
+mod recording;
+mod robot_file;
+mod robot_orders;
+mod scratch;
+mod serial;
+mod session;
+mod store;
+
+pub use air_console::air_console;
+pub use air_robot::air_robot;
+pub use console::{console_line, script};
+pub use keys_file::keys_file;
+pub use recording::{recording_csv, recording_mcap};
+pub use robot_file::robot_file;
+pub use robot_orders::robot_orders;
+pub use serial::serial;
+pub use session::session;
+pub use store::store;
+
+/// A decoder.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Its name here, in `fuzz_targets/` and in `corpus-seed/`.
+    pub name: &'static str,
+    /// Decodes bytes; panics where something is wrong.
+    pub run: fn(&[u8]),
+}
+
+/// Every decoder.
+pub const TARGETS: &[Target] = &[
+    Target { name: "serial", run: serial },
+    Target { name: "air_robot", run: air_robot },
+    Target { name: "air_console", run: air_console },
+    Target { name: "session", run: session },
+    Target { name: "robot_orders", run: robot_orders },
+    Target { name: "recording_mcap", run: recording_mcap },
+    Target { name: "recording_csv", run: recording_csv },
+    Target { name: "robot_file", run: robot_file },
+    Target { name: "console_line", run: console_line },
+    Target { name: "script", run: script },
+    Target { name: "keys_file", run: keys_file },
+    Target { name: "store", run: store },
+];

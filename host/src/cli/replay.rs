@@ -1,0 +1,111 @@
+//! `scram replay`
+
+use std::path::PathBuf;
+
+use clap::Args;
+use miette::Report;
+use scram::replay::{COMPARISON, Findings, Quantity, replay};
+use serde::Serialize;
+
+use super::sim::listed;
+use super::{Common, Done, print, print_json, table};
+
+/// Plot a recording again, and show what the current controller would decide otherwise
+///
+/// Reads recordings of `scram sim` and `scram hil`, of a console session, and CSV. Plots (SVG) go into --out. Where the
+/// recording has orders and sensor codes, the current controller, designed from --robot, gets the recorded samples and
+/// orders, and what it decides is compared with what was decided then.
+///
+/// The samples are fixed (open loop): the recorded shaft does not follow the current controller. A difference shows that
+/// and where decisions change, not how the run would have gone on.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    scram replay out/run.mcap                        the same robot file: nothing differs\n  \
+    scram replay out/run.mcap --robot changed.toml   what other gains would do\n  \
+    scram replay session.mcap --robot-name scram-26 --json\n\n\
+    The exit code is 0 whether or not something differs.")]
+pub struct Replay {
+    /// The recording
+    run: PathBuf,
+    /// Which robot of a session with several
+    #[arg(long, value_name = "NAME")]
+    robot_name: Option<String>,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Serialize)]
+struct Output<'a> {
+    recording: &'a PathBuf,
+    #[serde(flatten)]
+    findings: &'a Findings,
+    files: &'a [PathBuf],
+}
+
+impl Replay {
+    pub fn run(&self) -> Done {
+        let robot = self.common.robot()?;
+        let seen = replay(&self.run, self.robot_name.as_deref(), &robot).map_err(Report::from)?;
+        let mut files = Vec::new();
+        for (name, svg) in seen.pictures().map_err(Report::from)? {
+            files.push(self.common.write(&format!("{name}.svg"), &svg)?);
+        }
+        let findings = &seen.findings;
+        if findings.same.is_none() {
+            // A comparison of an earlier replay beside this one would lie.
+            let _ = std::fs::remove_file(self.common.out.join(format!("{COMPARISON}.svg")));
+        }
+        if self.common.json {
+            print_json(&Output { recording: &self.run, findings, files: &files })?;
+            return Ok(());
+        }
+        self.tell(findings);
+        print(&format!("written: {}", listed(&files)));
+        Ok(())
+    }
+
+    fn tell(&self, findings: &Findings) {
+        print(&format!(
+            "{}: {} ticks in {:.3} s, {} missed in {} gap(s), {} order(s)",
+            self.run.display(),
+            findings.rows,
+            findings.seconds,
+            findings.missed_ticks,
+            findings.gaps,
+            findings.orders
+        ));
+        for note in &findings.notes {
+            print(&format!("note: {note}"));
+        }
+        if !findings.compared.is_empty() {
+            let header = ["quantity", "compared", "differ", "share / %", "RMS", "worst", "first at / s"];
+            print(&table::columns(&header, findings.compared.iter().map(row)));
+        }
+        for reason in &findings.not_compared {
+            print(&format!("not compared: {reason}"));
+        }
+        print(&findings.verdict);
+    }
+}
+
+fn row(quantity: &Quantity) -> Vec<String> {
+    let scientific = |value: Option<f64>| match value {
+        None => "–".to_owned(),
+        Some(0.0) => "0".to_owned(),
+        Some(value) => format!("{value:.2e}"),
+    };
+    let name = if quantity.unit.is_empty() {
+        quantity.name.to_owned()
+    } else {
+        format!("{} / {}", quantity.name, quantity.unit)
+    };
+    vec![
+        name,
+        quantity.compared.to_string(),
+        quantity.different.to_string(),
+        format!("{:.2}", 100.0 * quantity.share),
+        scientific(quantity.rms),
+        scientific(quantity.worst.as_ref().map(|worst| worst.difference)),
+        table::or_dash(quantity.first.as_ref().map(|first| first.t_s), 3, ""),
+    ]
+}

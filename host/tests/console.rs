@@ -1,0 +1,280 @@
+//! `scram console` on a pseudo-terminal: the real program, the real serial code, robots behind it in real time.
+#![cfg(unix)]
+
+mod common;
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{keys, robot, robot_file};
+use control::{Fault, State};
+use scram::recording::{ReadOptions, SessionEvent, events, load_with};
+use serde_json::Value;
+use workbench::incident::Incident;
+use workbench::realtime::{Options, Simulation};
+use workbench::setup::{DONGLE, pairing};
+
+const SEED: u64 = 1;
+
+/// Robots in real time behind a serial device, and the keys to them.
+struct OnTty {
+    simulation: Simulation,
+    directory: tempfile::TempDir,
+}
+
+impl OnTty {
+    fn new(robots: usize) -> Self {
+        let pairings = (0..robots).map(|index| Some(pairing(DONGLE, SEED, index))).collect();
+        let options = Options { robots, seed: SEED, pairings, incidents: Vec::new() };
+        let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
+        let directory = tempfile::tempdir().expect("a directory");
+        keys(robots, SEED).save(&directory.path().join("keys.toml")).expect("writes");
+        Self { simulation, directory }
+    }
+
+    fn spawn(&self, arguments: &[&str]) -> Child {
+        Command::new(env!("CARGO_BIN_EXE_scram"))
+            .args(["console", "--port"])
+            .arg(self.simulation.port())
+            .arg("--keys")
+            .arg(self.directory.path().join("keys.toml"))
+            .arg("--robot")
+            .arg(robot_file())
+            .arg("--out")
+            .arg(self.directory.path())
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("scram runs")
+    }
+
+    fn run(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
+        said(self.spawn(arguments).wait_with_output().expect("it ends"))
+    }
+
+    fn recording(&self) -> PathBuf {
+        let listed = std::fs::read_dir(self.directory.path()).expect("a directory");
+        let mut files: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).collect();
+        files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
+        files.sort();
+        files.pop().expect("a recording")
+    }
+
+    fn states(&self) -> Vec<(State, Option<Fault>)> {
+        let booting = (State::Fault, Some(Fault::Restarted));
+        self.simulation.robots().iter().map(|robot| robot.state.unwrap_or(booting)).collect()
+    }
+
+    fn wait_until(&self, what: &str, holds: impl Fn(&Self) -> bool) -> Duration {
+        let start = Instant::now();
+        while !holds(self) {
+            assert!(start.elapsed() < Duration::from_secs(20), "not within 20 s: {what}; {:?}", self.states());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        start.elapsed()
+    }
+}
+
+fn said(output: Output) -> (Option<i32>, String, String) {
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn lines(stdout: &str) -> Vec<Value> {
+    stdout.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}"))).collect()
+}
+
+#[test]
+fn commands_are_done_one_after_the_other_and_recorded() {
+    let tty = OnTty::new(1);
+    let commands = "clear; freq 7; wait 1s; status; set frequency_hz 9; get frequency_hz; note here; stop; status";
+    let (code, stdout, stderr) = tty.run(&["--json", "--command", commands]);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    let told = lines(&stdout);
+    let kinds: Vec<&str> = told.iter().map(|line| line["kind"].as_str().expect("a kind")).collect();
+    assert_eq!(kinds, ["answer", "answer", "robot", "answer", "answer", "robot"], "{stdout}");
+    assert_eq!(told[2]["state"], "speed");
+    let frequency = told[2]["frequency_hz"].as_f64().expect("a number");
+    assert!((frequency - 7.0).abs() < 0.4, "{frequency} Hz");
+    let parameter = &told[4]["parameter"];
+    assert_eq!(
+        (&parameter["value"], &parameter["factory"], &parameter["unit"]),
+        (&9.0.into(), &12.0.into(), &"Hz".into())
+    );
+    assert_eq!((&told[5]["state"], &told[5]["fault"]), (&"idle".into(), &Value::Null));
+    assert_eq!(tty.states(), [(State::Idle, None)]);
+
+    let path = tty.recording();
+    let loaded = load_with(&path, &ReadOptions::default()).expect("a recording");
+    assert!(loaded.recording.len() > 900, "{}", loaded.recording.len());
+    assert!(loaded.recording.enable.iter().filter(|on| **on).count() > 900);
+    let events = events(&path).expect("events");
+    let typed: Vec<&str> = events
+        .iter()
+        .filter_map(
+            |event| if let SessionEvent::Order { text, .. } = &event.event { Some(text.as_str()) } else { None },
+        )
+        .collect();
+    assert_eq!(typed, ["clear", "freq 7", "set frequency_hz 9", "get frequency_hz"]);
+    assert!(events.iter().any(|event| event.event == SessionEvent::Stop));
+    assert!(events.iter().any(|event| matches!(&event.event, SessionEvent::Note { text } if text == "here")));
+}
+
+#[test]
+fn exit_codes_say_what_went_wrong() {
+    let tty = OnTty::new(1);
+    for (commands, expected, words) in [
+        ("frek 7", 2, "did you mean `freq`?"),
+        ("freq 7", 3, "refused"),
+        ("clear; freq 50", 3, "refused"),
+        ("clear; freq 7; wait 20s", 5, "stopped itself"),
+    ] {
+        if expected == 5 {
+            tty.simulation.happen(Incident::Fault(0, hal_sim::Fault::Stalled));
+        }
+        let (code, stdout, stderr) = tty.run(&["--command", commands]);
+        assert_eq!(code, Some(expected), "{commands}: {stdout}{stderr}");
+        assert!(format!("{stdout}{stderr}").contains(words), "{commands}: {stdout}{stderr}");
+        assert!(!tty.states()[0].0.is_driving(), "{commands}");
+    }
+    tty.simulation.happen(Incident::PowerCut(0));
+    let (code, _, stderr) = tty.run(&["--command", "status"]);
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(stderr.contains("does not answer"), "{stderr}");
+    let (code, stdout, _) = tty.run(&["--command", "list"]);
+    assert_eq!(code, Some(0));
+    assert!(stdout.contains("not heard"), "{stdout}");
+}
+
+#[test]
+fn a_robot_that_goes_while_it_drives_is_exit_code_4() {
+    let tty = OnTty::new(1);
+    let child = tty.spawn(&["--command", "clear; freq 7; wait 20s"]);
+    tty.wait_until("drives", |tty| tty.states()[0].0 == State::Speed);
+    tty.simulation.happen(Incident::Place(0, 1e4));
+    let (code, stdout, stderr) = said(child.wait_with_output().expect("it ends"));
+    assert_eq!(code, Some(4), "{stdout}{stderr}");
+    assert_eq!(tty.states(), [(State::Fault, Some(Fault::CommandTooOld))]);
+}
+
+#[test]
+fn however_it_ends_the_robot_is_told_to_stop_and_what_is_not_done_is_said() {
+    let tty = OnTty::new(1);
+    for (commands, expected, words) in [
+        ("clear; freq 7", 0, "freq 7: done"),
+        ("freq 7; quit; freq -7", 0, "freq 7: done"),
+        ("robot nobody; freq 7", 1, "there is no robot `nobody`"),
+        ("wait 100ms; undo", 1, "there is no `set` to take back"),
+        ("note a; script missing.txt", 2, "`script` stands alone"),
+    ] {
+        let (code, stdout, stderr) = tty.run(&["--command", commands]);
+        assert_eq!(code, Some(expected), "{commands}: {stdout}{stderr}");
+        assert!(format!("{stdout}{stderr}").contains(words), "{commands}: {stdout}{stderr}");
+        assert!(!stdout.contains("freq -7"), "{stdout}");
+        assert_eq!(tty.states(), [(State::Idle, None)], "{commands}");
+    }
+}
+
+#[test]
+fn a_script_drives_several_robots_and_a_wrong_line_is_named() {
+    let tty = OnTty::new(2);
+    let script = tty.directory.path().join("gait.txt");
+    std::fs::write(&script, "clear\nfreq 7 # the first\nrobot 2\nclear; freq -7\nwait 0.5\nstop all\n")
+        .expect("writes");
+    let path = script.display().to_string();
+    let child = tty.spawn(&["--script", &path]);
+    tty.wait_until("both drive", |tty| tty.states().iter().all(|(state, _)| *state == State::Speed));
+    let (code, stdout, stderr) = said(child.wait_with_output().expect("it ends"));
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    assert!(tty.states().iter().all(|(state, _)| *state == State::Idle));
+    let names = ["robot-0", "robot-1"];
+    for name in names {
+        let options = ReadOptions { robot: Some(name.to_owned()), ..ReadOptions::default() };
+        let loaded = load_with(&tty.recording(), &options).expect("its part");
+        assert!(loaded.recording.enable.iter().any(|on| *on), "{name}");
+    }
+    std::fs::write(&script, "clear\nfrek 7\n").expect("writes");
+    let (code, _, stderr) = tty.run(&["--script", &path]);
+    assert_eq!(code, Some(2));
+    assert!(stderr.contains("gait.txt, line 2: there is no command `frek`"), "{stderr}");
+}
+
+#[test]
+fn a_console_that_is_killed_stops_the_robot_and_loses_nothing_recorded() {
+    let tty = OnTty::new(1);
+    let mut child = tty.spawn(&["--command", "clear; freq 7; wait 20s"]);
+    tty.wait_until("drives", |tty| tty.states()[0].0 == State::Speed);
+    std::thread::sleep(Duration::from_secs(1));
+    child.kill().expect("SIGKILL");
+    child.wait().expect("it ends");
+    let took = tty.wait_until("stops by itself", |tty| !tty.simulation.robots()[0].actuation.enable);
+    // Half a second by the robot's clock; the rest is this busy machine's.
+    assert!(took < Duration::from_millis(1500), "{took:?}");
+    assert_eq!(tty.states(), [(State::Fault, Some(Fault::CommandTooOld))]);
+    let loaded = load_with(&tty.recording(), &ReadOptions::default()).expect("a recording without an end");
+    assert!(loaded.recording.len() > 700, "{}", loaded.recording.len());
+    assert!(loaded.notes.iter().any(|note| note.contains("cut off")), "{:?}", loaded.notes);
+
+    // A person clears it from a new console.
+    let (code, stdout, stderr) = tty.run(&["--command", "freq 7"]);
+    assert_eq!(code, Some(3), "{stdout}{stderr}");
+    let (code, stdout, stderr) = tty.run(&["--command", "clear; freq 7; wait 100ms; stop"]);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+}
+
+#[test]
+fn a_dongle_that_is_pulled_out_is_said_and_the_recording_is_whole() {
+    let mut tty = OnTty::new(1);
+    let child = tty.spawn(&["--command", "clear; freq 7; wait 20s"]);
+    tty.wait_until("drives", |tty| tty.states()[0].0 == State::Speed);
+    tty.simulation.unplug();
+    let (code, stdout, stderr) = said(child.wait_with_output().expect("it ends"));
+    assert_eq!(code, Some(1), "{stdout}{stderr}");
+    // A real port breaks; a pseudo-terminal may only fall silent.
+    let said = ["the line to the dongle broke", "the dongle has been silent"];
+    assert!(said.iter().any(|said| stderr.contains(said)), "{stderr}");
+    let loaded = load_with(&tty.recording(), &ReadOptions::default()).expect("a recording");
+    assert!(!loaded.notes.iter().any(|note| note.contains("cut off")), "{:?}", loaded.notes);
+}
+
+#[test]
+fn no_key_is_in_what_is_written() {
+    let tty = OnTty::new(1);
+    let (code, stdout, stderr) =
+        tty.run(&["--json", "--command", "clear; status; get frequency_hz; params limits; help"]);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    let secret = pairing(DONGLE, SEED, 0);
+    let recorded = std::fs::read(tty.recording()).expect("a file");
+    for key in [&secret.key.0[..], &secret.local, &secret.primary] {
+        let hex: String = key.iter().map(|byte| format!("{byte:02x}")).collect();
+        for written in [&recorded[..], stdout.as_bytes(), stderr.as_bytes()] {
+            assert!(!written.windows(8).any(|some| some == &key[..8]), "raw");
+            assert!(!written.windows(16).any(|some| some == &hex.as_bytes()[..16]), "in hexadecimal");
+        }
+    }
+}
+
+#[test]
+fn the_simulation_needs_no_keys_and_without_a_port_the_ports_are_listed() {
+    let out = tempfile::tempdir().expect("a directory");
+    let scram = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_scram"));
+        command.arg("console").args(["--robot"]).arg(robot_file()).args(["--out"]).arg(out.path()).args(arguments);
+        said(command.output().expect("scram runs"))
+    };
+    let (code, stdout, stderr) = scram(&["--sim", "--robots", "2", "--command", "list"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    assert_eq!(stdout.lines().count(), 2, "{stdout}");
+    assert!(stdout.lines().all(|line| line.contains("FAULT (it has restarted)")), "{stdout}");
+    let (code, _, stderr) = scram(&[]);
+    assert_eq!(code, Some(2));
+    assert!(stderr.contains("which dongle?") && stderr.contains("--sim"), "{stderr}");
+    let (code, _, stderr) = scram(&["--sim", "--pick", "nobody", "--command", "status"]);
+    assert_eq!(code, Some(2), "{stderr}");
+    let (code, _, stderr) = scram(&["--sim"]);
+    assert_eq!(code, Some(1), "no terminal");
+    assert!(stderr.contains("no terminal"), "{stderr}");
+}

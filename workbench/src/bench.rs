@@ -1,0 +1,143 @@
+//! A dongle and robots on a bench.
+
+use std::cell::Cell;
+use std::future::Future;
+use std::rc::Rc;
+
+use control::protocol::radio::Reset;
+use hal_sim::radio::{Air, SecondTalker};
+
+use crate::air::Ether;
+use crate::dongle::Dongle;
+use crate::incident::Incident;
+use crate::parts::Hold;
+use crate::robot::Robot;
+use crate::setup::Setup;
+use crate::time::{World, now_us, until};
+
+/// Resets are noticed, and incidents happen, so often at the least, µs.
+const STEP_US: u64 = 1000;
+
+/// Dongle, robots, the air between, and the time. A thread has one bench at a time.
+pub struct Bench {
+    /// The robots.
+    pub robots: Vec<Robot>,
+    /// The dongle.
+    pub dongle: Option<Dongle>,
+    /// The air.
+    pub ether: Ether,
+    world: World,
+    /// What is to happen, in the order of its times, µs.
+    coming: Vec<(u64, Incident)>,
+    /// The second talker's period, µs.
+    attack_us: Rc<Cell<u64>>,
+    seed: u64,
+}
+
+impl Bench {
+    /// Everything switched on at once.
+    #[must_use]
+    pub fn new(setup: Setup) -> Self {
+        let Setup { seed, radio, dongle, robots, detail } = setup;
+        let mut world = World::new();
+        let ether = Ether::new(Air::new(&radio, seed));
+        let mut dongle = dongle.map(|identity| Dongle::new(identity, &mut world, &ether));
+        if let Some(dongle) = &mut dongle {
+            dongle.boot(&mut world, &ether);
+        }
+        let robots = robots.into_iter().zip(1..).map(|(member, number)| {
+            let reset = member.reset;
+            let mut robot = Robot::new(member, seed.wrapping_mul(31).wrapping_add(number), detail, &mut world, &ether);
+            robot.boot(reset, &mut world, &ether);
+            robot
+        });
+        let robots = robots.collect();
+        Self { robots, dongle, ether, world, coming: Vec::new(), attack_us: Rc::default(), seed }
+    }
+
+    /// Time since the beginning, µs.
+    #[must_use]
+    pub fn now_us(&self) -> u64 {
+        now_us()
+    }
+
+    /// Lets something happen at a time, µs.
+    pub fn at(&mut self, at_us: u64, incident: Incident) {
+        let place = self.coming.partition_point(|(other_us, _)| *other_us <= at_us);
+        self.coming.insert(place, (at_us, incident));
+    }
+
+    /// Adds a task with a processor of its own, such as somebody who uses the air.
+    pub fn spawn(&mut self, task: impl Future + 'static) {
+        let processor = self.world.processor();
+        self.world.spawn(processor, task);
+    }
+
+    /// Adds a task that keeps a robot's control loop out at a time, like a critical section of the radio.
+    pub fn keep_busy(&mut self, robot: usize, hold: Hold) {
+        self.robots[robot].keep_busy(hold, &mut self.world);
+    }
+
+    /// Runs until a time, µs. What is due at the time itself is still done.
+    pub fn run_until(&mut self, end_us: u64) {
+        loop {
+            while let Some((_, incident)) = self.coming.first().copied().filter(|(at_us, _)| *at_us <= now_us()) {
+                self.coming.remove(0);
+                self.happen(incident);
+            }
+            let next_us = self.coming.first().map_or(end_us, |(at_us, _)| end_us.min(*at_us));
+            self.world.run_until(next_us.min(now_us() + STEP_US));
+            for robot in &mut self.robots {
+                robot.restart_if_wanted(&mut self.world, &self.ether);
+            }
+            if now_us() >= end_us && self.coming.first().is_none_or(|(at_us, _)| *at_us > end_us) {
+                return;
+            }
+        }
+    }
+
+    /// Lets something happen now.
+    pub fn happen(&mut self, incident: Incident) {
+        let (world, ether) = (&mut self.world, &self.ether);
+        match incident {
+            Incident::Fault(robot, fault) => self.robots[robot].plant(|plant| {
+                plant.advance();
+                plant.robot.inject(fault);
+            }),
+            Incident::PowerCut(robot) => self.robots[robot].cut_power(),
+            Incident::Boot(robot, reset) => self.robots[robot].boot(reset, world, ether),
+            Incident::Hold(robot, for_us) => {
+                self.robots[robot].plant(|plant| plant.hold(Hold { at_us: now_us(), for_us }));
+            }
+            Incident::Busy(robot, for_us) => self.robots[robot].keep_busy(Hold { at_us: now_us(), for_us }, world),
+            Incident::Jitter(robot, most_us) => self.robots[robot].jitter(most_us, world),
+            Incident::Leap(robot, by_us) => self.robots[robot].leap(by_us, world),
+            Incident::Place(robot, position_m) => ether.place(self.robots[robot].address(), position_m),
+            Incident::SlowRadio(robot, by_us) => ether.delay_callbacks(self.robots[robot].address(), by_us),
+            Incident::DongleHangs => self.dongle.iter().for_each(Dongle::hang),
+            Incident::DongleBoots => self.dongle.iter_mut().for_each(|dongle| dongle.boot(world, ether)),
+            Incident::Cable(cable) => self.dongle.iter().for_each(|dongle| dongle.line.plug(cable)),
+            Incident::ReadsFail => self.dongle.iter().for_each(|dongle| dongle.line.fail_host_reads()),
+            Incident::Air(trouble) => ether.trouble(trouble),
+            Incident::Attack(every_us) => self.attack(every_us),
+        }
+    }
+
+    /// A robot boots.
+    pub fn boot(&mut self, robot: usize, reset: Reset) {
+        self.happen(Incident::Boot(robot, reset));
+    }
+
+    fn attack(&mut self, every_us: u64) {
+        if self.attack_us.replace(every_us) == 0 && every_us > 0 {
+            let (period_us, ether) = (Rc::clone(&self.attack_us), self.ether.clone());
+            let mut talker = SecondTalker::new(self.seed);
+            self.spawn(async move {
+                while period_us.get() > 0 {
+                    ether.attack(&mut talker);
+                    until(now_us() + period_us.get()).await;
+                }
+            });
+        }
+    }
+}

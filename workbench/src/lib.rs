@@ -1,0 +1,34 @@
+//! The firmware's tasks ([`shell`]) on simulated parts ([`hal_sim`]): robots, a dongle, a serial line, the air between.
+//!
+//! A [`bench::Bench`] runs them in virtual time ([`time`]): a minute in a fraction of a second, the same each time. A
+//! [`realtime::Simulation`] puts the same bench behind a pseudo-terminal, where any program finds a serial device.
+//!
+//! ```
+//! # fn run(file: &description::Robot) -> Result<(), workbench::setup::SetupError> {
+//! use workbench::bench::Bench;
+//! use workbench::incident::Incident;
+//! use workbench::setup::Setup;
+//!
+//! let mut bench = Bench::new(Setup::new(file, 2, 1)?);
+//! bench.at(500_000, Incident::Fault(0, hal_sim::Fault::SensorOpen));
+//! bench.run_until(1_000_000);
+//! println!("{:?}, {:?}", bench.robots[0].state(), bench.robots[1].truth());
+//! # Ok(())
+//! # }
+//! ```
+
+pub mod air;
+pub mod bench;
+pub mod console;
+pub mod dongle;
+pub mod flash;
+pub mod host_end;
+pub mod incident;
+pub mod journal;
+pub mod parts;
+pub mod power;
+pub mod realtime;
+pub mod robot;
+pub mod serial;
+pub mod setup;
+pub mod time;

@@ -1,0 +1,246 @@
+//! The control loop's parts of the board: a simulated robot behind converter and bridge, a watchdog, an LED.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use control::protocol::radio::Reset;
+use control::protocol::secure::Nonce;
+use control::{Actuation, AdcCode, Sample};
+use hal_sim::SimulatedRobot;
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use shell::board::{Bridge, Converter, Entropy, Led, Watchdog};
+
+use crate::journal::{Event, Journal};
+use crate::power::Power;
+use crate::time::{now_us, pass};
+
+/// Something keeps the processor busy in the control loop's first conversion from a time on, µs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hold {
+    /// From when.
+    pub at_us: u64,
+    /// How long.
+    pub for_us: u64,
+}
+
+/// The motor with bridge and sensor, in step with the clock.
+pub struct Plant {
+    /// Motor, bridge, sensor.
+    pub robot: SimulatedRobot,
+    /// How long a conversion takes, µs.
+    pub conversion_us: u64,
+    actuation: Actuation,
+    driven: u64,
+    ticks: u64,
+    sample: Sample,
+    /// How long each of the tick's conversions still to come takes, µs.
+    durations: VecDeque<u64>,
+    conversions: u8,
+    holds: Vec<Hold>,
+}
+
+impl Plant {
+    /// A motor that is not driven, its wiper converted so often in a tick.
+    #[must_use]
+    pub fn new(robot: SimulatedRobot, conversions: u8, conversion_us: u64) -> Self {
+        Self {
+            robot,
+            conversion_us,
+            actuation: Actuation::OFF,
+            driven: 0,
+            ticks: 0,
+            sample: Sample::default(),
+            durations: VecDeque::new(),
+            conversions,
+            holds: Vec::new(),
+        }
+    }
+
+    /// Brings the motor to the tick at the present time.
+    pub fn advance(&mut self) {
+        let due = (now_us() as f64 * 1e-6 / self.robot.tick_s()).round() as u64;
+        while self.ticks < due {
+            self.robot.advance(self.actuation);
+            self.ticks += 1;
+        }
+    }
+
+    /// Converts. The simulated converter makes all the conversions of a tick at once, about an instant that has a jitter:
+    /// they take so long here that the control loop, which knows the instants before and after them, finds their middle
+    /// there.
+    fn sample(&mut self) {
+        self.advance();
+        self.sample = self.robot.sample();
+        let tick_us = (self.ticks as f64 * self.robot.tick_s() * 1e6).round() as u64;
+        let count = u64::from(self.conversions);
+        // A jitter before all conversions is cut: they begin now.
+        let total = (count * self.conversion_us + 2 * self.sample.time_us).saturating_sub(2 * tick_us);
+        self.durations = (0..count).map(|index| total * (index + 1) / count - total * index / count).collect();
+    }
+
+    /// How long it is busy with something else now, µs.
+    fn held_us(&mut self) -> u64 {
+        match self.holds.iter().position(|hold| hold.at_us <= now_us()) {
+            Some(index) => self.holds.remove(index).for_us,
+            None => 0,
+        }
+    }
+
+    /// The bridge opens.
+    pub fn cut(&mut self) {
+        self.advance();
+        self.actuation = Actuation::OFF;
+        self.durations.clear();
+    }
+
+    /// What the bridge is told at present.
+    #[must_use]
+    pub fn actuation(&self) -> Actuation {
+        self.actuation
+    }
+
+    /// Ticks so far that drove.
+    #[must_use]
+    pub fn driven(&self) -> u64 {
+        self.driven
+    }
+
+    /// Keeps the converter busy.
+    pub fn hold(&mut self, hold: Hold) {
+        self.holds.push(hold);
+    }
+}
+
+/// The hardware watchdog: a hundred ticks without one that ended, as in the firmware, µs.
+pub const WATCHDOG_US: u64 = 100_000;
+
+/// The simulated robot's converter, bridge and watchdog.
+#[derive(Clone)]
+pub struct Board {
+    plant: Rc<RefCell<Plant>>,
+    power: Power,
+    fed_us: Rc<RefCell<u64>>,
+    journal: Journal,
+}
+
+impl Board {
+    /// The parts of one processor. The watchdog is armed.
+    #[must_use]
+    pub fn new(plant: &Rc<RefCell<Plant>>, power: &Power, journal: &Journal) -> Self {
+        let fed_us = Rc::new(RefCell::new(now_us()));
+        Self { plant: Rc::clone(plant), power: power.clone(), fed_us, journal: journal.clone() }
+    }
+
+    /// The processor does nothing else for so long, µs, unless the watchdog ends it.
+    pub fn block(&self, for_us: u64) {
+        let bites_us = *self.fed_us.borrow() + WATCHDOG_US;
+        let left_us = bites_us.saturating_sub(now_us());
+        pass(for_us.min(left_us));
+        if for_us > left_us {
+            self.power.reset(Reset::Watchdog);
+        }
+    }
+}
+
+impl Converter for Board {
+    fn angle(&mut self) -> AdcCode {
+        let held_us = self.plant.borrow_mut().held_us();
+        self.block(held_us);
+        let (code, duration_us) = {
+            let mut plant = self.plant.borrow_mut();
+            if plant.durations.is_empty() {
+                plant.sample();
+            }
+            (plant.sample.angle, plant.durations.pop_front().unwrap_or_default())
+        };
+        pass(duration_us);
+        self.journal.note(Event::Converted(code));
+        code
+    }
+
+    fn battery(&mut self) -> AdcCode {
+        let plant = self.plant.borrow();
+        pass(plant.conversion_us);
+        plant.sample.battery
+    }
+}
+
+impl Bridge for Board {
+    fn apply(&mut self, actuation: Actuation) {
+        let mut plant = self.plant.borrow_mut();
+        plant.advance();
+        plant.actuation = actuation;
+        plant.driven += u64::from(actuation.enable);
+        self.journal.note(Event::Applied(actuation));
+    }
+}
+
+impl Board {
+    /// The watchdog was not fed for so long that it bites.
+    pub(crate) fn is_hungry(&self) -> bool {
+        now_us() >= *self.fed_us.borrow() + WATCHDOG_US
+    }
+}
+
+impl Watchdog for Board {
+    fn feed(&mut self) {
+        *self.fed_us.borrow_mut() = now_us();
+        self.journal.note(Event::Fed);
+    }
+}
+
+/// Journals its changes.
+pub struct StatusLed {
+    journal: Journal,
+    lit: Option<bool>,
+}
+
+impl StatusLed {
+    /// Dark.
+    #[must_use]
+    pub fn new(journal: &Journal) -> Self {
+        Self { journal: journal.clone(), lit: None }
+    }
+}
+
+impl Led for StatusLed {
+    fn set(&mut self, on: bool) {
+        if self.lit.replace(on) != Some(on) {
+            self.journal.note(Event::Lit(on));
+        }
+    }
+}
+
+/// Randomness from a seed: the same nonces in every run, and never the same one twice in a run.
+#[derive(Clone)]
+pub struct Seeded(Rc<RefCell<Pcg64Mcg>>);
+
+impl Seeded {
+    /// From a seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self(Rc::new(RefCell::new(Pcg64Mcg::seed_from_u64(seed))))
+    }
+
+    /// So many random bytes.
+    #[must_use]
+    pub fn bytes<const COUNT: usize>(&self) -> [u8; COUNT] {
+        let mut bytes = [0; COUNT];
+        self.0.borrow_mut().fill_bytes(&mut bytes);
+        bytes
+    }
+
+    /// Uniform from 0 to `most`.
+    #[must_use]
+    pub fn up_to(&self, most: u64) -> u64 {
+        u64::from_le_bytes(self.bytes()) % most.saturating_add(1)
+    }
+}
+
+impl Entropy for Seeded {
+    fn nonce(&mut self) -> Nonce {
+        Nonce(self.bytes())
+    }
+}
