@@ -77,7 +77,7 @@ impl Event {
     /// Whether it asks for a state in which the bridge may drive.
     #[must_use]
     pub fn drives(self) -> bool {
-        matches!(self, Self::Speed | Self::Oscillate | Self::Position | Self::Duty)
+        matches!(outcome(State::Idle, self), Outcome::To(state) if state.is_driving())
     }
 }
 

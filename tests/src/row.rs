@@ -1,5 +1,8 @@
 //! A row of a table of figures: what is required beside what was measured.
 
+use std::path::Path;
+use std::process::ExitCode;
+
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::{Value, json};
 
@@ -33,8 +36,7 @@ impl Row {
 }
 
 /// The rows for people.
-#[must_use]
-pub fn table(rows: &[Row]) -> Table {
+fn table(rows: &[Row]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(140);
     table.set_header(["what", "required", "measured", "holds"]);
@@ -50,8 +52,7 @@ pub fn table(rows: &[Row]) -> Table {
 }
 
 /// The rows for machines.
-#[must_use]
-pub fn as_json(rows: &[Row]) -> Vec<Value> {
+fn as_json(rows: &[Row]) -> Vec<Value> {
     rows.iter()
         .map(|row| {
             json!({
@@ -60,4 +61,23 @@ pub fn as_json(rows: &[Row]) -> Vec<Value> {
             })
         })
         .collect()
+}
+
+/// Prints the rows, writes them as JSON where that is wanted, and says how the program ends: a row that does not hold is a
+/// failure, and so is an empty table, which shows nothing. `size` is how large the campaign was, with its name.
+#[must_use]
+pub fn conclude(rows: &[Row], size: (&str, u64), file: Option<&Path>) -> ExitCode {
+    println!("{}", table(rows));
+    if let Some(path) = file {
+        let text = format!("{:#}\n", json!({ size.0: size.1, "rows": as_json(rows) }));
+        if let Err(error) = std::fs::write(path, text) {
+            eprintln!("{}: {error}", path.display());
+            return ExitCode::FAILURE;
+        }
+    }
+    if rows.is_empty() || rows.iter().any(|row| row.holds == Some(false)) {
+        ExitCode::FAILURE
+    } else {
+        ExitCode::SUCCESS
+    }
 }

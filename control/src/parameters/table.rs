@@ -263,7 +263,8 @@ const fn fingerprint_of(mut entries: &[Entry]) -> u32 {
     hash
 }
 
-const fn fnv_1a(mut hash: u32, mut bytes: &[u8]) -> u32 {
+/// FNV-1a of 32 bits (Fowler, Noll, Vo), going on from `hash`.
+pub(crate) const fn fnv_1a(mut hash: u32, mut bytes: &[u8]) -> u32 {
     while let [byte, rest @ ..] = bytes {
         hash = (hash ^ *byte as u32).wrapping_mul(0x0100_0193);
         bytes = rest;

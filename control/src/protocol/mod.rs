@@ -28,15 +28,9 @@ pub const VERSION: u32 = {
     mixed::<lockstep::Reply>(hash)
 };
 
-/// FNV-1a, going on from `hash`, of a type's schema.
-const fn mixed<T: Schema + ?Sized>(mut hash: u32) -> u32 {
-    let schema = Key::for_path::<T>("scram").to_bytes();
-    let mut rest: &[u8] = &schema;
-    while let [byte, others @ ..] = rest {
-        hash = (hash ^ *byte as u32).wrapping_mul(0x0100_0193);
-        rest = others;
-    }
-    hash
+/// Goes on from `hash` with a type's schema.
+const fn mixed<T: Schema + ?Sized>(hash: u32) -> u32 {
+    crate::parameters::table::fnv_1a(hash, &Key::for_path::<T>("scram").to_bytes())
 }
 
 #[cfg(test)]

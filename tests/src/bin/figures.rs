@@ -5,10 +5,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use serde_json::json;
 use system_tests::figures::CAMPAIGNS;
 use system_tests::figures::run::Bench;
-use system_tests::row::{as_json, table};
+use system_tests::row::conclude;
 
 /// Runs the campaigns behind the figures on control and prints what is required beside what was measured.
 #[derive(Parser)]
@@ -40,13 +39,5 @@ fn main() -> ExitCode {
         rows.extend(campaign(&bench, arguments.seeds));
         eprintln!("{name}: {:.1} s", start.elapsed().as_secs_f64());
     }
-    println!("{}", table(&rows));
-    if let Some(path) = &arguments.json
-        && let Err(error) =
-            std::fs::write(path, format!("{:#}\n", json!({ "seeds": arguments.seeds, "rows": as_json(&rows) })))
-    {
-        eprintln!("{}: {error}", path.display());
-        return ExitCode::FAILURE;
-    }
-    if rows.iter().any(|row| row.holds == Some(false)) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+    conclude(&rows, ("seeds", arguments.seeds), arguments.json.as_deref())
 }

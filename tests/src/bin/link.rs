@@ -5,10 +5,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use serde_json::json;
 use system_tests::figures::run::Bench;
 use system_tests::link::{CAMPAIGNS, Options};
-use system_tests::row::{as_json, table};
+use system_tests::row::conclude;
 
 /// Runs the campaigns behind the figures on the link and prints what is required beside what was measured.
 #[derive(Parser)]
@@ -48,18 +47,5 @@ fn main() -> ExitCode {
         rows.extend(campaign(&bench, &options));
         eprintln!("{name}: {:.1} s", start.elapsed().as_secs_f64());
     }
-    println!("{}", table(&rows));
-    if let Some(path) = &arguments.json {
-        let text = format!("{:#}\n", json!({ "runs": arguments.runs, "rows": as_json(&rows) }));
-        if let Err(error) = std::fs::write(path, text) {
-            eprintln!("{}: {error}", path.display());
-            return ExitCode::FAILURE;
-        }
-    }
-    // An empty table shows nothing.
-    if rows.is_empty() || rows.iter().any(|row| row.holds == Some(false)) {
-        ExitCode::FAILURE
-    } else {
-        ExitCode::SUCCESS
-    }
+    conclude(&rows, ("runs", arguments.runs), arguments.json.as_deref())
 }
