@@ -56,17 +56,28 @@ impl Document {
     /// # Errors
     /// The path or a number is not allowed.
     pub fn set(&mut self, path: &str, quantity: &Quantity) -> Result<(), DescriptionError> {
+        self.set_all(&[(path, quantity.clone())])
+    }
+
+    /// Sets several quantities at once: what must hold between them, as between `[eccentric]` and `[load]`, is checked when
+    /// all are set.
+    ///
+    /// # Errors
+    /// As [`Self::set`].
+    pub fn set_all(&mut self, quantities: &[(&str, Quantity)]) -> Result<(), DescriptionError> {
         self.edit(|document| {
-            let (parent, key) = path.rsplit_once('.').unwrap_or(("", path));
-            let table = table_at(document, parent)?;
-            match table.get_mut(key).and_then(Item::as_table_like_mut) {
-                Some(existing) => {
-                    for (key, new) in parts(quantity) {
-                        write_value(existing, key, new);
+            for (path, quantity) in quantities {
+                let (parent, key) = path.rsplit_once('.').unwrap_or(("", path));
+                let table = table_at(document, parent)?;
+                match table.get_mut(key).and_then(Item::as_table_like_mut) {
+                    Some(existing) => {
+                        for (key, new) in parts(quantity) {
+                            write_value(existing, key, new);
+                        }
                     }
-                }
-                None => {
-                    table.insert(key, Item::Value(inline(quantity)));
+                    None => {
+                        table.insert(key, Item::Value(inline(quantity)));
+                    }
                 }
             }
             Some(())

@@ -101,12 +101,21 @@ impl Part for Vec<f64> {
     }
 }
 
-impl Part for Vec<[f64; 2]> {
-    /// Bounds of the first and of the second number of a pair.
-    type Spec = [RangeInclusive<f64>; 2];
+/// What a list of pairs holds.
+pub(crate) struct Pairs {
+    /// Allowed range of the first and of the second number of a pair.
+    pub bounds: [RangeInclusive<f64>; 2],
+    /// Their units.
+    pub units: [&'static str; 2],
+    /// What the pairs must fulfil, for people.
+    pub rule: &'static str,
+}
 
-    fn shape(_: &Self::Spec) -> Shape {
-        Shape::Pairs("charge 0 … 1 and voltage, both increasing, from charge 0 to charge 1")
+impl Part for Vec<[f64; 2]> {
+    type Spec = Pairs;
+
+    fn shape(spec: &Pairs) -> Shape {
+        Shape::Pairs(spec.units, spec.rule)
     }
 
     fn read(reader: &mut Reader, place: &Place<'_>, spec: &Self::Spec) -> Option<Self> {
@@ -126,9 +135,9 @@ impl Part for Vec<[f64; 2]> {
                 reader.wrong(at, place.field(), format!("expected 2 numbers, found {}", pair.len()), None);
                 return None;
             };
-            let bounds = |index: usize| (*spec[index].start(), *spec[index].end());
-            let first = reader.number(first_at, place.field(), first, bounds(0), "1");
-            let second = reader.number(second_at, place.field(), second, bounds(1), unit::of(place.key));
+            let bounds = |index: usize| (*spec.bounds[index].start(), *spec.bounds[index].end());
+            let first = reader.number(first_at, place.field(), first, bounds(0), spec.units[0]);
+            let second = reader.number(second_at, place.field(), second, bounds(1), spec.units[1]);
             pairs.push([first?, second?]);
         }
         Some(pairs)

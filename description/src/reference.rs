@@ -51,14 +51,16 @@ fn write_kinds(text: &mut String, path: &str, field: &Field, kinds: &[(&'static 
 
 /// A row of the table; `None` for what has a table of its own.
 fn row(field: &Field) -> Option<String> {
-    let unit = unit::of(field.key);
+    let listed = |words: &[&str]| words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", ");
+    let unit = unit::of(field.key).to_owned();
     let (unit, allowed) = match &field.shape {
         Shape::Quantity(low, high) => (unit, unit::range(*low, *high, "1")),
         Shape::Number(low, high) => (unit, format!("bare number, {}", unit::range(*low, *high, "1"))),
         Shape::Numbers(low, high) => (unit, format!("list of bare numbers, {}", unit::range(*low, *high, "1"))),
-        Shape::Text => ("", "text".into()),
-        Shape::Word(words) => ("", words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", ")),
-        Shape::Pairs(what) => (unit, format!("list of pairs: {what}")),
+        Shape::Text => (String::new(), "text".into()),
+        Shape::Word(words) => (String::new(), listed(words)),
+        Shape::Words(words) => (String::new(), format!("list of {}", listed(words))),
+        Shape::Pairs(units, what) => (units.join(", "), format!("list of pairs: {what}")),
         Shape::Table(_) | Shape::Kinds(_) => return None,
     };
     // A bar would end the cell.

@@ -1,5 +1,6 @@
 //! The robot as `robot.toml` describes it. One struct a table, one field a key; the unit is in the name.
 
+mod body;
 mod checks;
 mod controller;
 mod effects;
@@ -10,15 +11,17 @@ use std::path::Path;
 
 use serde::Serialize;
 
+pub use body::{Backbone, Body, Eccentric, Feet, Ground, Module, ModuleKind};
 pub use controller::Controller;
 pub use effects::{
-    BatterySag, CoulombFriction, DriverDeadband, DriverDrop, Effects, GravityTilt, LoadFriction, SensorDelay,
-    SensorNonlinearity, StribeckFriction,
+    BatterySag, CoulombFriction, DriverDeadband, DriverDrop, Effects, FootAnisotropy, FootLoadFriction, FootStribeck,
+    GravityTilt, GroundSlope, LoadFriction, SensorDelay, SensorNonlinearity, StribeckFriction,
 };
 pub use radio::Radio;
 pub use sensor::{Adc, Correction, Encoder, InGap, Potentiometer, Sensor};
 
 use crate::error::{DescriptionError, Problem};
+use crate::parts::Pairs;
 use crate::schema::{Reader, TomlTable, table};
 use crate::tree;
 
@@ -54,6 +57,16 @@ table! {
         sensor: Sensor,
         /// The radio link, as it is simulated; missing where no link is.
         radio: Option<Radio>,
+        /// The modules; missing for a motor on a bench.
+        body: Option<Body>,
+        /// The soft backbones between the modules.
+        backbone: Option<Backbone>,
+        /// The eccentric on the shaft.
+        eccentric: Option<Eccentric>,
+        /// The feet of the modules.
+        feet: Option<Feet>,
+        /// What the feet stand on.
+        ground: Option<Ground>,
         /// Controller design and limits; missing for a rig that is only diagnosed.
         controller: Option<Controller>,
         /// The effects that the model has.
@@ -84,7 +97,7 @@ table! {
 table! {
     /// `[load]`
     pub struct Load {
-        /// The eccentric (or the pendulum) about the shaft.
+        /// The eccentric (or the pendulum) about the shaft; with an `[eccentric]`, what follows from it.
         inertia_kg_m2: Quantity = 0.0..=1.0,
     }
 }
@@ -119,7 +132,11 @@ table! {
         /// Internal resistance of the cell.
         resistance_ohm: Quantity = 1e-4..=10.0,
         /// Open-circuit voltage against charge: `[charge 0..1, volt]` pairs, charge increasing.
-        open_circuit_v: Vec<[f64; 2]> = [0.0..=1.0, 0.5..=60.0],
+        open_circuit_v: Vec<[f64; 2]> = Pairs {
+            bounds: [0.0..=1.0, 0.5..=60.0],
+            units: ["1", "V"],
+            rule: "charge 0 … 1 and voltage, both increasing, from charge 0 to charge 1",
+        },
         /// State of charge at the start of a run, 0 … 1.
         charge: Quantity = 0.0..=1.0,
         /// Boost converter's efficiency, 0 … 1.

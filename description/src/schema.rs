@@ -19,8 +19,10 @@ pub enum Shape {
     Text,
     /// One of these words.
     Word(&'static [&'static str]),
-    /// `[x, y]` pairs; what they must fulfil.
-    Pairs(&'static str),
+    /// A list of these words.
+    Words(&'static [&'static str]),
+    /// `[x, y]` pairs: the unit of either number, and what they must fulfil.
+    Pairs([&'static str; 2], &'static str),
     /// A table with these fields.
     Table(Vec<Field>),
     /// A table whose `kind` says which fields it has.
@@ -192,10 +194,6 @@ const PLANNED: &[&str] = &[
     "sensor_lag",
     "blind_arc",
     "shaft_compliance",
-    "foot_stribeck",
-    "foot_anisotropy",
-    "foot_load_friction",
-    "ground_slope",
     "payload_offset",
     "backbone_hardening",
     "backbone_mismatch",

@@ -178,3 +178,17 @@ fn saving_replaces_the_file_or_leaves_it() {
     assert!(document.save(&occupied).is_err());
     assert_eq!(std::fs::read_dir(&directory).unwrap().count(), 2, "no temporary file is left");
 }
+
+#[test]
+fn what_must_fit_together_is_changed_together() {
+    let mut document = default_robot();
+    let eccentric = document.robot().unwrap().eccentric.unwrap();
+    let longer = Quantity { value: 0.012, ..eccentric.radius_m.clone() };
+    let alone = document.set("eccentric.radius_m", &longer).unwrap_err().to_string();
+    assert!(alone.contains("load.inertia_kg_m2"), "{alone}");
+    let load = document.robot().unwrap().load.inertia_kg_m2;
+    let changed = description::robot::Eccentric { radius_m: longer.clone(), ..eccentric };
+    let load = Quantity { value: changed.inertia_kg_m2(), high: 1e-6, ..load };
+    document.set_all(&[("eccentric.radius_m", longer), ("load.inertia_kg_m2", load)]).unwrap();
+    assert_eq!(document.robot().unwrap().eccentric.unwrap(), changed);
+}

@@ -110,7 +110,8 @@ fn unknown_field() {
         "inertia_kg_m2 = { value = 2.5e-7, low = 1e-7, high = 4e-7, source = \"estimate\" }\n",
         "inertia = 3\n",
         "bench.toml:13: load.inertia_kg_m2: field is missing in table [load]; add `inertia_kg_m2 = { value = …, low = …, \
-         high = …, source = \"…\" }` within 0 … 1 kg·m² (The eccentric (or the pendulum) about the shaft)\n\
+         high = …, source = \"…\" }` within 0 … 1 kg·m² (The eccentric (or the pendulum) about the shaft; with an \
+         `[eccentric]`, what follows from it)\n\
          bench.toml:14: load.inertia: unknown field; did you mean `inertia_kg_m2`? allowed are inertia_kg_m2",
     );
     says(
@@ -122,7 +123,7 @@ fn unknown_field() {
         "[load]",
         "[wheel]\n[load]",
         "bench.toml:13: wheel: unknown field; allowed are name, summary, motor, load, driver, supply, sensor, radio, \
-         controller, effects",
+         body, backbone, eccentric, feet, ground, controller, effects",
     );
 }
 
@@ -196,7 +197,8 @@ fn value_outside_its_own_spread() {
 #[test]
 fn unknown_effect() {
     let modelled = "coulomb_friction, stribeck_friction, load_friction, gravity_tilt, driver_drop, driver_deadband, \
-                    battery_sag, sensor_nonlinearity, sensor_delay";
+                    battery_sag, sensor_nonlinearity, sensor_delay, foot_stribeck, foot_anisotropy, \
+                    foot_load_friction, ground_slope";
     says(
         "[effects.coulomb_friction]",
         "[effects.coulumb_friction]",

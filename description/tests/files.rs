@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use description::Robot;
-use description::robot::Sensor;
+use description::robot::{ModuleKind, Sensor};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -36,6 +36,18 @@ fn the_linear_bench_has_no_effects() {
     assert_eq!(bench.driver.pwm_steps.value, 0.0);
     assert!(bench.controller.is_some());
     assert_eq!(bench.motor, load("robot.toml").motor);
+    assert_eq!((&bench.body, &bench.eccentric), (&None, &None));
+}
+
+#[test]
+fn the_two_module_bench_differs_in_modules_and_ground_only() {
+    let (bench, mut robot) = (load("robots/bench-two-modules.toml"), load("robot.toml"));
+    let body = robot.body.as_mut().unwrap();
+    body.modules = vec![ModuleKind::Actuator, ModuleKind::Passive];
+    body.clamped_module = Some(2.0);
+    robot.ground.as_mut().unwrap().steps_m = Some(vec![[-100.0, -0.1]]);
+    (robot.name, robot.summary) = (bench.name.clone(), bench.summary.clone());
+    assert_eq!(bench, robot);
 }
 
 /// The highest steady frequency, Hz, from the file's own nominal numbers.

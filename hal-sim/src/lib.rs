@@ -18,6 +18,7 @@
 //! ```
 
 pub mod adc;
+pub mod body;
 pub mod digital;
 pub mod driver;
 pub mod faults;

@@ -115,7 +115,25 @@ pub struct SimulatedRobot {
     faults: Faults,
     bad_contact: Stream,
     last_code: u16,
+    energy_j: f64,
     tick: u64,
+}
+
+/// What holds during a control period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Period {
+    /// What reaches the bridge, −1 … 1; none: every switch is off.
+    duty: Option<f64>,
+    /// The sensor's line is open.
+    cut: bool,
+}
+
+/// How the output shaft turned in a step: angle (rad), speed (rad/s) and acceleration (rad/s²) at its middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ShaftMotion {
+    pub angle: f64,
+    pub speed: f64,
+    pub acceleration: f64,
 }
 
 /// Control period where the file has no controller, s.
@@ -157,6 +175,7 @@ impl SimulatedRobot {
             faults: Faults::default(),
             bad_contact: Stream::new(seed, Source::BadContact),
             last_code: 0,
+            energy_j: 0.0,
             tick: 0,
         };
         simulated.supply.idle();
@@ -189,41 +208,74 @@ impl SimulatedRobot {
 
     /// One control period with the bridge as told.
     pub fn advance(&mut self, actuation: Actuation) {
+        let period = self.begin_period(actuation);
+        for _ in 0..self.steps_per_tick {
+            self.step(period, 0.0);
+        }
+        self.end_period();
+    }
+
+    /// Begins a control period: [`Self::steps_per_tick`] calls of [`Self::step`] and one of [`Self::end_period`] belong
+    /// to it. For a shaft that something outside pulls at; otherwise [`Self::advance`] does all of it.
+    pub(crate) fn begin_period(&mut self, actuation: Actuation) -> Period {
         if self.faults.due(self.time_s()) {
             self.apply_supply_faults();
         }
         let duty = self.driver.effective(actuation).map(|duty| if self.faults.reversed { -duty } else { duty });
-        let duty = if self.faults.motor_open { None } else { duty };
-        let cut = self.faults.line == Some(Line::Open);
+        Period { duty: if self.faults.motor_open { None } else { duty }, cut: self.faults.line == Some(Line::Open) }
+    }
+
+    /// One integration step under a torque (N·m) on the output shaft from outside; how the shaft turned in it.
+    pub(crate) fn step(&mut self, period: Period, torque: f64) -> ShaftMotion {
         let step = self.stepper.step();
-        for _ in 0..self.steps_per_tick {
-            let terminals = match duty {
-                Some(duty) => {
-                    let rail = self.supply.drive(self.stepper.shaft(), duty, self.state.speed);
-                    Terminals::Driven { voltage: duty * rail }
-                }
-                None => {
-                    self.supply.idle();
-                    Terminals::Open
-                }
-            };
-            self.means = if self.faults.stalled {
-                self.blocked(terminals)
-            } else {
-                self.stepper.advance(&mut self.state, terminals)
-            };
-            if let Some(duty) = duty {
-                self.supply.book(duty * self.means.current, step);
+        let before = self.state;
+        let terminals = match period.duty {
+            Some(duty) => {
+                let rail = self.supply.drive(self.stepper.shaft(), duty, self.state.speed);
+                Terminals::Driven { voltage: duty * rail }
             }
-            let seen = match &mut self.sensor {
-                AngleSensor::Analogue(parts) => parts.0.step(self.state.angle, step, cut),
-                AngleSensor::Digital(_) => self.state.angle,
-            };
-            self.history.push(seen);
+            None => {
+                self.supply.idle();
+                Terminals::Open
+            }
+        };
+        self.means = if self.faults.stalled {
+            self.blocked(terminals)
+        } else {
+            self.stepper.advance_under(&mut self.state, terminals, torque)
+        };
+        if let Some(duty) = period.duty {
+            self.supply.book(duty * self.means.current, step);
+            self.energy_j += duty * self.means.current * self.supply.bridge_v() * step;
         }
+        let seen = match &mut self.sensor {
+            AngleSensor::Analogue(parts) => parts.0.step(self.state.angle, step, period.cut),
+            AngleSensor::Digital(_) => self.state.angle,
+        };
+        self.history.push(seen);
+        ShaftMotion {
+            angle: 0.5 * (before.angle + self.state.angle),
+            speed: self.means.speed,
+            acceleration: (self.state.speed - before.speed) / step,
+        }
+    }
+
+    /// Ends a control period.
+    pub(crate) fn end_period(&mut self) {
         self.supply.end_period(self.tick_s);
         self.faults.advance(self.tick_s);
         self.tick += 1;
+    }
+
+    /// Integration steps per control period.
+    pub(crate) fn steps_per_tick(&self) -> usize {
+        self.steps_per_tick
+    }
+
+    /// Energy that the bridge has taken from its supply since the start, J; what it gave back counts negative.
+    #[must_use]
+    pub fn energy_j(&self) -> f64 {
+        self.energy_j
     }
 
     /// What really is, at the current tick.

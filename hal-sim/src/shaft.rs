@@ -7,7 +7,8 @@
 //!   time constant never forces the step.
 //! * Bridge: an H-bridge with slow decay, averaged over a PWM period. Its transistors and diodes take `drop_v` against
 //!   the current, so no current flows while `|v − K ω| < drop_v`, and `slope_ohm` adds to the winding's resistance.
-//! * Shaft, thesis (4.2) with friction and gravity: `J dω/dt = K i − b ω − g(ω, load)·s − τ_g sin(θ − θ_g)`.
+//! * Shaft, thesis (4.2) with friction, gravity and what else pulls at it from outside:
+//!   `J dω/dt = K i − b ω − g(ω, load)·s − τ_g sin(θ − θ_g) + τ`.
 //! * Friction: Dahl's bristle (P. R. Dahl, "A solid friction model", 1968) in normalised form,
 //!   `ds/dt = (ω/δ)(1 − s·sign ω)`, `|s| ≤ 1`, with `g` the level it slides at: Coulomb, Stribeck, and a share of the
 //!   torque that the teeth transmit. `δ` is the presliding length.
@@ -244,9 +245,16 @@ impl Stepper {
         self.step
     }
 
-    /// Advances by one step.
+    /// Advances by one step with nothing at the shaft but its own load.
     #[inline]
     pub fn advance(&self, state: &mut ShaftState, terminals: Terminals) -> StepMeans {
+        self.advance_under(state, terminals, 0.0)
+    }
+
+    /// Advances by one step under a torque (N·m) on the output shaft from outside, constant over the step. The teeth
+    /// carry it as they carry gravity's.
+    #[inline]
+    pub fn advance_under(&self, state: &mut ShaftState, terminals: Terminals, torque: f64) -> StepMeans {
         let shaft = &self.shaft;
         let (settled, slope, winding) = match terminals {
             Terminals::Driven { voltage } => {
@@ -257,9 +265,10 @@ impl Stepper {
         };
         let mean_at_start_speed = settled + (state.current - settled) * winding.mean_share;
         let gravity = shaft.gravity_torque(state.angle + 0.5 * self.step * state.speed);
+        let outside = gravity + torque;
         let motor_at_start = shaft.torque_constant * mean_at_start_speed;
         let level_at_start =
-            if self.has_friction { shaft.friction.level(state.speed, motor_at_start - gravity) } else { 0.0 };
+            if self.has_friction { shaft.friction.level(state.speed, motor_at_start - outside) } else { 0.0 };
 
         // Speed and friction count at the share `implicit` of the step: ½ is the midpoint rule, 1 backward Euler.
         let implicit = self.implicit_share(level_at_start);
@@ -267,9 +276,9 @@ impl Stepper {
         let motor_slope = shaft.torque_constant * mean_slope;
         let gain = implicit * self.step / shaft.inertia_kg_m2;
         let scale = gain / (1.0 + gain * (shaft.viscous - motor_slope));
-        let free = state.speed + scale * (motor_at_start - shaft.viscous * state.speed + gravity);
+        let free = state.speed + scale * (motor_at_start - shaft.viscous * state.speed + outside);
         let (speed, friction) = if self.has_friction {
-            let transmitted = |speed: f64| motor_at_start + motor_slope * (speed - state.speed) - gravity;
+            let transmitted = |speed: f64| motor_at_start + motor_slope * (speed - state.speed) - outside;
             self.with_friction(state.bristle, free, scale, implicit * self.step, level_at_start, transmitted)
         } else {
             (free, 0.0)

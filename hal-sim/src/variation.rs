@@ -38,6 +38,9 @@ pub fn draw(robot: &Robot, seed: u64, spreads: &Spreads) -> Robot {
     scale(&mut specimen.motor.torque_constant_nm_per_a, torque_constant);
     scale(&mut specimen.motor.rotor_inertia_kg_m2, inertia);
     scale(&mut specimen.load.inertia_kg_m2, inertia);
+    if let Some(eccentric) = &mut specimen.eccentric {
+        scale(&mut eccentric.mass_kg, inertia);
+    }
     scale(&mut specimen.motor.viscous_nm_s_per_rad, drag);
     let effects = &mut specimen.effects;
     if let Some(friction) = &mut effects.coulomb_friction {

@@ -62,12 +62,16 @@ fn sim_holds_seven_hertz_and_says_where_it_wrote() {
     let expected = [
         "current.svg",
         "estimate.svg",
+        "feet.svg",
+        "gait.svg",
         "overview.svg",
+        "path.svg",
         "phase.svg",
         "run.csv",
         "run.mcap",
         "run.toml",
         "speed.svg",
+        "track.csv",
         "voltage.svg",
     ];
     assert_eq!(written, expected, "and no temporary file");
@@ -202,12 +206,12 @@ fn design_prints_poles_inside_the_unit_circle() {
 #[test]
 fn a_calibrated_sensor_makes_a_better_estimate() {
     let directory = temporary();
-    succeeds(directory.path(), "sim --robot @/robot.toml --seed 5 --drive duty:1 --seconds 2.5 --out cal");
+    succeeds(directory.path(), "sim --robot @/robot.toml --bench --seed 5 --drive duty:1 --seconds 2.5 --out cal");
     let fit =
         json(&succeeds(directory.path(), "identify potentiometer cal/run.mcap --robot @/robot.toml --out cal --json"));
     assert!(fit["after_rms_deg"].as_f64().unwrap() < fit["before_rms_deg"].as_f64().unwrap());
     let rms = |robot: &str| {
-        let words = format!("sim --robot {robot} --seed 5 --json");
+        let words = format!("sim --robot {robot} --bench --seed 5 --json");
         json(&succeeds(directory.path(), &words))["estimate_rms_deg"].as_f64().unwrap()
     };
     let (before, after) = (rms("@/robot.toml"), rms("cal/robot.toml"));

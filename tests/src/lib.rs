@@ -1,6 +1,7 @@
 //! Whole-system tests.
 
 pub mod blind;
+pub mod body;
 pub mod figures;
 pub mod fuzz;
 pub mod link;

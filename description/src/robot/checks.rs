@@ -1,5 +1,7 @@
 //! What must hold between fields, beyond each field's own range.
 
+mod body;
+
 use super::radio::BIT_RATES;
 use super::{Battery, Potentiometer, Quantity, Radio, Robot, Sensor};
 use crate::schema::Reader;
@@ -29,6 +31,7 @@ pub(super) fn check(robot: &Robot, table: &Table, reader: &mut Reader) {
         checks.wrong("effects.battery_sag", "needs a supply", "give supply.rail_v");
     }
     checks.whole("driver.pwm_steps", robot.driver.pwm_steps.value);
+    checks.body(robot);
 }
 
 struct Checks<'c> {

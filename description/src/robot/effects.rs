@@ -25,6 +25,14 @@ table! {
         sensor_nonlinearity: Option<SensorNonlinearity>,
         /// The reading is late.
         sensor_delay: Option<SensorDelay>,
+        /// The feet's friction falls with their sliding speed.
+        foot_stribeck: Option<FootStribeck>,
+        /// The feet's friction differs along and across the module.
+        foot_anisotropy: Option<FootAnisotropy>,
+        /// The feet's friction coefficient falls with their load.
+        foot_load_friction: Option<FootLoadFriction>,
+        /// The ground is a slope.
+        ground_slope: Option<GroundSlope>,
     }
 }
 
@@ -121,5 +129,43 @@ table! {
     pub struct SensorDelay {
         /// The reading is this old.
         delay_s: Quantity = 0.0..=0.1,
+    }
+}
+
+table! {
+    /// `[effects.foot_stribeck]`: `µ(v) = µ (1 + excess·exp(−(v/v_s)²))`, µ being `ground.friction`.
+    pub struct FootStribeck {
+        /// How much higher at rest, share of the friction at speed.
+        excess_share: Quantity = 0.0..=10.0,
+        /// Stribeck speed.
+        speed_m_per_s: Quantity = 1e-5..=10.0,
+    }
+}
+
+table! {
+    /// `[effects.foot_anisotropy]`
+    pub struct FootAnisotropy {
+        /// Friction across the module as a share of the friction along it, which is `ground.friction`.
+        lateral_share: Quantity = 0.01..=100.0,
+    }
+}
+
+table! {
+    /// `[effects.foot_load_friction]`: `µ(F) = µ (F/F₀)^−exponent`, at most 3 µ.
+    pub struct FootLoadFriction {
+        /// Exponent; 1/3 for a smooth elastic sphere.
+        exponent: Quantity = 0.0..=1.0,
+        /// The load F₀ at which the coefficient is `ground.friction`.
+        load_n: Quantity = 1e-4..=100.0,
+    }
+}
+
+table! {
+    /// `[effects.ground_slope]`
+    pub struct GroundSlope {
+        /// Inclination of the ground.
+        angle_deg: Quantity = 0.0..=60.0,
+        /// Where it rises to: 0 ahead of the robot, 90 to its left.
+        direction_deg: Quantity = -360.0..=360.0,
     }
 }

@@ -1,6 +1,8 @@
 //! What the tests share: the 26:1 motor's shaft, and small ways to run things.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
+pub mod body;
+
 use std::path::Path;
 
 use control::Actuation;

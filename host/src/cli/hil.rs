@@ -5,15 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 use control::Parameters;
 use control::protocol::lockstep::Target;
-use description::Robot;
 use hal_sim::{Settings, SimulatedRobot};
 use miette::Report;
 use scram::hil::{Client, HilError, Port, Qemu, Remote, Transport, build_program};
-use scram::sim::{Plan, SimError, Trace, closed_loop_with};
+use scram::sim::{OnGround, SimError, closed_loop_in};
 use serde::Serialize;
 
 use super::Done;
-use super::sim::Run;
+use super::sim::{Ran, Run, Task};
 
 /// Run a chip's decisions on the simulated robot
 ///
@@ -64,15 +63,14 @@ pub struct OnChip {
 
 impl Hil {
     pub fn run(&self) -> Done {
-        let (robot, plan) = self.run.plan()?;
+        let task = self.run.task()?;
         let parameters =
-            description::design::design(&robot).map_err(SimError::Design).map_err(Report::from)?.parameters;
-        let done = match &self.target.port {
-            Some(port) => Port::open(port).and_then(|port| self.on(port, &robot, &parameters, &plan)),
-            None => self.qemu().and_then(|qemu| self.on(qemu, &robot, &parameters, &plan)),
+            description::design::design(&task.robot).map_err(SimError::Design).map_err(Report::from)?.parameters;
+        let (ran, chip) = match &self.target.port {
+            Some(port) => self.on(Port::open(port).map_err(Report::from)?, &task, &parameters)?,
+            None => self.on(self.qemu().map_err(Report::from)?, &task, &parameters)?,
         };
-        let (trace, chip) = done.map_err(Report::from)?;
-        self.run.tell(&robot, &plan, &trace, Some(&chip))
+        self.run.tell(&task, &ran, Some(&chip))
     }
 
     fn qemu(&self) -> Result<Qemu, HilError> {
@@ -84,16 +82,21 @@ impl Hil {
         }
     }
 
-    fn on<T: Transport>(
-        &self,
-        line: T,
-        robot: &Robot,
-        parameters: &Parameters,
-        plan: &Plan,
-    ) -> Result<(Trace, OnChip), HilError> {
+    fn on<T: Transport>(&self, line: T, task: &Task, parameters: &Parameters) -> Result<(Ran, OnChip), Report> {
+        let (seed, settings) = (self.run.common.seed, Settings::default());
+        let ground = task.walks.then(|| OnGround::new(&task.robot, seed, &settings, task.plan.seconds));
+        let ground = ground.transpose().map_err(SimError::Body)?;
         let mut chip = Remote::start(Client::connect(line)?, parameters)?;
-        let robot = SimulatedRobot::with(robot, self.run.common.seed, &Settings::default());
-        let trace = closed_loop_with(robot, &mut chip, plan)?;
+        let ran = match ground {
+            Some(mut ground) => {
+                let trace = closed_loop_in(&mut ground, &mut chip, &task.plan)?;
+                Ran { trace, walk: Some(ground.into_walk().map_err(SimError::BlowUp)?) }
+            }
+            None => {
+                let mut bench = SimulatedRobot::with(&task.robot, seed, &settings);
+                Ran { trace: closed_loop_in(&mut bench, &mut chip, &task.plan)?, walk: None }
+            }
+        };
         let (cost_median, cost_worst) = chip.ticks().median_and_worst().unwrap_or_default();
         let (target, cost_unit) = named(chip.hello().target);
         let counts = chip.counts();
@@ -110,7 +113,7 @@ impl Hil {
             bad_frames_there: counts.bad_there,
             bytes_lost: counts.lost_bytes,
         };
-        Ok((trace, told))
+        Ok((ran, told))
     }
 }
 

@@ -5,12 +5,15 @@ mod completions;
 mod console;
 mod design;
 mod diagnose;
+mod export;
 mod hil;
 mod identify;
 mod pair;
 mod replay;
 mod sim;
+mod sweep;
 mod table;
+mod walk;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -43,6 +46,9 @@ enum Sub {
     Diagnose(diagnose::Diagnose),
     Completions(completions::Completions),
     Replay(replay::Replay),
+    Sweep(sweep::Sweep),
+    #[command(subcommand)]
+    Export(export::Export),
 }
 
 /// What every subcommand takes.
@@ -99,6 +105,8 @@ pub fn run() -> ExitCode {
         Sub::Diagnose(command) => command.run(),
         Sub::Completions(command) => command.run(),
         Sub::Replay(command) => command.run(),
+        Sub::Sweep(command) => command.run(),
+        Sub::Export(command) => command.run(),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -116,15 +124,7 @@ pub fn run() -> ExitCode {
 impl Common {
     /// Reads the robot file.
     fn robot(&self) -> Result<Robot, Report> {
-        if !self.robot.exists() {
-            return Err(miette!(
-                help = "run scram in the project's root, where robot.toml lies, or name one with --robot FILE \
-                        (variants are in robots/)",
-                "there is no robot file {}",
-                self.robot.display()
-            ));
-        }
-        Ok(Robot::load(&self.robot)?)
+        load_robot(&self.robot)
     }
 
     /// Reads a recording of this robot; what a person should know goes to stderr.
@@ -163,6 +163,19 @@ impl Common {
             .wrap_err_with(|| format!("{} cannot be written", path.display()))?;
         Ok(path)
     }
+}
+
+/// Reads a robot file.
+fn load_robot(path: &Path) -> Result<Robot, Report> {
+    if !path.exists() {
+        return Err(miette!(
+            help = "run scram in the project's root, where robot.toml lies, or name one with --robot FILE \
+                    (variants are in robots/)",
+            "there is no robot file {}",
+            path.display()
+        ));
+    }
+    Ok(Robot::load(path)?)
 }
 
 /// Whether two paths name one file that exists.

@@ -7,10 +7,11 @@ use control::State;
 use miette::{Report, miette};
 use scram::plot::{PLOT_NAMES, plots};
 use scram::recording::{Metadata, write_csv_run, write_mcap_run};
-use scram::sim::{self, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace};
+use scram::sim::{self, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace, Walk, WalkMetrics};
 use serde::Serialize;
 
 use super::hil::OnChip;
+use super::walk::{self, Ground};
 use super::{Common, Done, Failure, print, print_json, table};
 
 /// Longest run, s: everything of a run is held in memory.
@@ -20,11 +21,14 @@ const USUAL_S: f64 = 2.0;
 
 /// Run the firmware's decisions on the simulated robot
 ///
-/// Writes a recording (run.mcap, run.csv with run.toml) and plots (SVG) into --out and says what happened.
+/// Writes a recording (run.mcap, run.csv with run.toml) and plots (SVG) into --out and says what happened. A robot with a
+/// body walks: also its track (track.csv), its path, the traces of its feet and its gait.
 /// Frequencies are positive clockwise seen from above, angles positive counter-clockwise.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    scram sim                                        7 Hz for 2 s\n  \
+    scram sim                                        walk at 7 Hz for 2 s\n  \
+    scram sim --drive freq:-8 --alpha 90 --view walk.html\n  \
+    scram sim --bench                                the motor alone\n  \
     scram sim --drive oscillate:-100..100 --seconds 5\n  \
     scram sim --drive freq:-6.5 --faults sensor-open@1.0 --json\n  \
     scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
@@ -47,7 +51,24 @@ pub struct Run {
     #[arg(long, default_value = "", hide_default_value = true)]
     faults: String,
     #[command(flatten)]
+    pub ground: Ground,
+    #[command(flatten)]
     pub common: Common,
+}
+
+/// What is to run, as the command line and the robot file say it.
+pub struct Task {
+    pub robot: description::Robot,
+    pub plan: Plan,
+    /// On the ground; otherwise on the bench.
+    pub walks: bool,
+}
+
+/// What ran.
+pub struct Ran {
+    pub trace: Trace,
+    /// None on the bench.
+    pub walk: Option<Walk>,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -67,6 +88,8 @@ struct Output<'a> {
     #[serde(flatten)]
     metrics: &'a Metrics,
     #[serde(skip_serializing_if = "Option::is_none")]
+    walk: Option<&'a WalkMetrics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     chip: Option<&'a OnChip>,
     refused: Vec<String>,
     files: Vec<PathBuf>,
@@ -74,53 +97,66 @@ struct Output<'a> {
 
 impl Sim {
     pub fn run(&self) -> Done {
-        let (robot, plan) = self.run.plan()?;
-        let settings = hal_sim::Settings::default();
-        let trace = sim::run(&robot, self.run.common.seed, &settings, &plan).map_err(Report::from)?;
-        self.run.tell(&robot, &plan, &trace, None)
+        let task = self.run.task()?;
+        let (robot, seed, settings) = (&task.robot, self.run.common.seed, hal_sim::Settings::default());
+        let ran = if task.walks {
+            let (trace, walk) = sim::run_on_ground(robot, seed, &settings, &task.plan).map_err(Report::from)?;
+            Ran { trace, walk: Some(walk) }
+        } else {
+            Ran { trace: sim::run(robot, seed, &settings, &task.plan).map_err(Report::from)?, walk: None }
+        };
+        self.run.tell(&task, &ran, None)
     }
 }
 
 impl Run {
     /// Reads the arguments and the robot file.
-    pub fn plan(&self) -> Result<(description::Robot, Plan), Failure> {
+    pub fn task(&self) -> Result<Task, Failure> {
         let drive = Drive::parse(&self.drive).map_err(|e| match e {
             DriveError::Drive { .. } => Failure::Usage(e.into()),
             DriveError::Script { .. } | DriveError::Io { .. } => Failure::Failed(e.into()),
         })?;
         let faults = Scheduled::parse_list(&self.faults).map_err(|e| Failure::Usage(e.into()))?;
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
-        Ok((self.common.robot()?, Plan { drive, seconds, faults }))
+        let mut robot = self.common.robot()?;
+        let walks = self.ground.prepare(&mut robot)?;
+        Ok(Task { robot, plan: Plan { drive, seconds, faults }, walks })
     }
 
     /// Writes the files of a run and says what happened.
-    pub fn tell(&self, robot: &description::Robot, plan: &Plan, trace: &Trace, chip: Option<&OnChip>) -> Done {
+    pub fn tell(&self, task: &Task, ran: &Ran, chip: Option<&OnChip>) -> Done {
+        let (robot, plan, trace) = (&task.robot, &task.plan, &ran.trace);
         if let Some(why) = trace.orders.first().and_then(|given| given.refusal.as_ref()) {
             let help =
                 "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`";
             return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.orders[0].order).into());
         }
-        let files = self.write(trace, robot)?;
+        let mut files = self.write(ran, robot)?;
+        let view = self.ground.write_view(ran.walk.as_ref(), &self.title(robot, plan, ran))?;
         let metrics = sim::metrics(trace);
+        let walked = ran.walk.as_ref().and_then(|walk| sim::walk_metrics(&walk.track));
         let refused: Vec<String> = refusals(trace).collect();
         if self.common.json {
+            files.extend(view.map(PathBuf::from));
             print_json(&Output {
                 robot: &robot.name,
                 drive: &self.drive,
                 seconds: plan.seconds,
                 seed: self.common.seed,
                 metrics: &metrics,
+                walk: walked.as_ref(),
                 chip,
                 refused,
                 files,
             })?;
             return Ok(());
         }
-        print(&format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed));
+        print(&self.title(robot, plan, ran));
         if trace.segments().len() > 1 {
             print(&orders(trace));
         }
-        print(&table::facts(happened(trace, &metrics)));
+        let walked = walked.iter().flat_map(walk::facts);
+        print(&table::facts(happened(trace, &metrics).into_iter().chain(walked)));
         if let Some(chip) = chip {
             print(&table::facts(chip.facts()));
         }
@@ -130,13 +166,22 @@ impl Run {
         for fault in &metrics.faults {
             print(&fault_line(fault));
         }
-        print(&format!("written: {}", listed(&files)));
+        let page = view.map(|page| format!("; to look at in a browser: {}", page.display()));
+        print(&format!("written: {}{}", listed(&files), page.unwrap_or_default()));
         Ok(())
     }
 
-    fn write(&self, trace: &Trace, robot: &description::Robot) -> Result<Vec<PathBuf>, Report> {
+    /// "scram-26, freq:7 for 2 s, seed 1", and how it stands on the ground.
+    fn title(&self, robot: &description::Robot, plan: &Plan, ran: &Ran) -> String {
+        let what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
+        if ran.walk.is_some() { format!("{what}, on the ground, {}", walk::backbones(robot)) } else { what }
+    }
+
+    fn write(&self, ran: &Ran, robot: &description::Robot) -> Result<Vec<PathBuf>, Report> {
+        let (trace, walk) = (&ran.trace, ran.walk.as_ref());
         let recording = sim::recording(trace, robot);
-        let extra = sim::extra_columns(trace);
+        let mut extra = sim::extra_columns(trace);
+        extra.extend(walk.into_iter().flat_map(Walk::columns));
         let log = sim::run_log(trace, robot);
         let metadata = Metadata {
             robot: Some(robot.name.clone()),
@@ -158,6 +203,7 @@ impl Run {
         for name in PLOT_NAMES.iter().filter(|name| drawn.iter().all(|(drawn, _)| drawn != *name)) {
             let _ = std::fs::remove_file(out.join(format!("{name}.svg")));
         }
+        files.extend(self.ground.write(walk, &self.common)?);
         Ok(files)
     }
 }

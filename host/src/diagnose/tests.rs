@@ -252,6 +252,29 @@ fn the_extended_file_has_the_cause_and_simulates() {
 }
 
 #[test]
+fn a_robots_load_stays_its_eccentrics() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/bench-linear.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    // The same motor, in the robot.
+    let text = text.replace(", \"body\", \"backbone\", \"eccentric\", \"feet\", \"ground\"", "");
+    let text = text.replace("inertia_kg_m2 = { value = 2.5e-7", "inertia_kg_m2 = { value = 3.03375e-7");
+    let mut document = description::edit::Document::parse(&text, &path.display().to_string()).unwrap();
+    let robot = document.robot().unwrap();
+    assert!(robot.eccentric.is_some());
+    let (rig, runs) = (Rig::off(), Rig::off().runs(5));
+    let diagnosis = diagnose(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    extend(&mut document, &diagnosis, "test").unwrap();
+    let extended = document.robot().unwrap();
+    assert_eq!(extended.load, robot.load);
+    let rotor = extended.motor.rotor_inertia_kg_m2;
+    // What angle and drive show is R J.
+    let product = extended.motor.resistance_ohm.value * (rotor.value + extended.load.inertia_kg_m2.value);
+    let truth = rig.shaft.resistance_ohm * rig.shaft.inertia_kg_m2;
+    assert!((product / truth - 1.0).abs() < 0.02, "{product}, truth {truth}");
+    assert!(rotor.low < rotor.value && rotor.value < rotor.high, "{rotor:?}");
+}
+
+#[test]
 fn unusable_recordings_are_refused_by_name() {
     let runs = Rig::off().runs(1);
     let robot = bench();

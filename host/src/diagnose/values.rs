@@ -95,8 +95,12 @@ fn motor(robot: &Robot, slot: Slot, value: [f64; 3]) -> Vec<FittedParameter> {
         Slot::TorqueConstant => vec![one("motor.torque_constant_nm_per_a", 1.0)],
         Slot::Viscous => vec![one("motor.viscous_nm_s_per_rad", 1.0)],
         Slot::Inertia => {
-            // Angle and drive show the sum only: rotor and load keep their proportion.
+            // Angle and drive show the sum only: rotor and load keep their proportion, but for a load that its eccentric gives.
             let (rotor, load) = (robot.motor.rotor_inertia_kg_m2.value, robot.load.inertia_kg_m2.value);
+            if robot.eccentric.is_some() {
+                let rotor = value.map(|value| value - load);
+                return vec![parameter(robot, "motor.rotor_inertia_kg_m2".to_owned(), rotor)];
+            }
             let mut both = vec![one("motor.rotor_inertia_kg_m2", rotor / (rotor + load))];
             if load > 0.0 {
                 both.push(one("load.inertia_kg_m2", load / (rotor + load)));

@@ -3,7 +3,9 @@
 mod panel;
 mod run;
 mod timeline;
+mod walk;
 
 pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
 pub use run::{PLOT_NAMES, plots};
 pub use timeline::{Mark, Span, Strip, Timeline};
+pub use walk::{WALK_PLOT_NAMES, walk_plots};

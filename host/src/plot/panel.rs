@@ -8,7 +8,7 @@ use super::timeline::Timeline;
 /// Ink of axes and text.
 pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
 /// Grid.
-const GRID: RGBColor = RGBColor(225, 225, 225);
+pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 /// Shade of a band.
 const SHADE: RGBColor = RGBColor(229, 232, 240);
 /// Left of what is drawn, pixels.
@@ -116,6 +116,23 @@ pub fn render_under(timeline: &Timeline, panels: &[Panel], size: Size) -> Result
     Ok(text)
 }
 
+/// Fills a picture of this size (pixels) with whatever `fill` draws on white.
+pub(super) fn picture(
+    title: &str,
+    size: (u32, u32),
+    fill: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<String, PlotError> {
+    let fail = |problem: String| PlotError { title: title.to_owned(), problem };
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        root.fill(&WHITE).map_err(|e| fail(e.to_string()))?;
+        fill(&root).map_err(|e| fail(e.to_string()))?;
+        root.present().map_err(|e| fail(e.to_string()))?;
+    }
+    Ok(text)
+}
+
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
@@ -203,7 +220,7 @@ fn heading(panel: &Panel, area: &Area<'_>) -> Drawn {
 }
 
 /// Digits that tell the marks of an axis apart.
-fn tick_label(value: f64, span: f64) -> String {
+pub(super) fn tick_label(value: f64, span: f64) -> String {
     let decimals = if span >= 20.0 { 0 } else { (2.0 - span.log10().floor()).clamp(1.0, 6.0) as usize - 1 };
     let text = format!("{value:.decimals$}");
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {

@@ -1,24 +1,35 @@
 //! The firmware's decisions on the simulated robot: both advance in virtual time, one control period at a time.
 
+mod blow_up;
 mod decide;
 mod drive;
 mod export;
 mod faults;
+mod ground;
 mod metrics;
 mod strokes;
+mod track_csv;
+mod walk_metrics;
+mod world;
 
 use control::{Actuation, Command, Controller, Field, Parameters, Refusal, Sample, State, Telemetry};
 use description::robot::Robot;
+use hal_sim::body::plan::PlanError;
 use hal_sim::{Settings, SimulatedRobot, Truth};
 
 use crate::edge::{degrees, frequency_from_omega};
 
+pub use blow_up::{BlowUp, blow_up};
 pub use decide::Decide;
 pub use drive::{Drive, DriveError, Order, Step};
 pub use export::{extra_columns, recording, run_log};
 pub use faults::{Break, FaultError, Scheduled};
+pub use ground::{OnGround, Walk};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use strokes::{RUNAWAY_DEG, Strokes};
+pub use track_csv::track_csv;
+pub use walk_metrics::{WalkMetrics, walk_metrics};
+pub use world::World;
 
 /// A console repeats its command this often, s: well within the age at which the supervisor gives up.
 pub const REFRESH_S: f64 = 0.05;
@@ -103,16 +114,43 @@ pub enum SimError {
     #[error("the controller refuses its parameters: {0}")]
     #[diagnostic(help("a number in [controller] is out of its range"))]
     Parameters(control::ParameterError),
+    /// The body cannot be built.
+    #[error("no body for this robot: {0}")]
+    #[diagnostic(help(
+        "the body is described in [body], [backbone], [eccentric], [feet] and [ground], see docs/robot-file.md"
+    ))]
+    Body(PlanError),
+    /// The run is none.
+    #[error("the run {0}")]
+    #[diagnostic(help(
+        "[backbone] of the robot file is too soft to carry the robot, or [backbone] or [feet] stiffer than the step can \
+         carry: it is a tenth of controller.tick_s"
+    ))]
+    BlowUp(#[from] BlowUp),
 }
 
-/// Designs the controller of a robot file and runs it on the simulated robot.
+/// Designs the controller of a robot file and runs it on the simulated robot, on a bench: the shaft without a body.
 ///
 /// # Errors
 /// There is no controller for this robot.
 pub fn run(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<Trace, SimError> {
+    Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller(robot)?, plan))
+}
+
+/// Designs the controller of a robot file and runs it on the robot with its body, on the ground.
+///
+/// # Errors
+/// There is no controller for this robot, or no body, or the run blew up.
+pub fn run_on_ground(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<(Trace, Walk), SimError> {
+    let mut controller = controller(robot)?;
+    let mut ground = OnGround::new(robot, seed, settings, plan.seconds).map_err(SimError::Body)?;
+    let Ok(trace) = closed_loop_in(&mut ground, &mut controller, plan);
+    Ok((trace, ground.into_walk()?))
+}
+
+fn controller(robot: &Robot) -> Result<Controller, SimError> {
     let design = description::design::design(robot).map_err(SimError::Design)?;
-    let controller = Controller::new(&design.parameters).map_err(SimError::Parameters)?;
-    Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller, plan))
+    Controller::new(&design.parameters).map_err(SimError::Parameters)
 }
 
 /// Runs a controller on a simulated robot.
@@ -127,6 +165,14 @@ pub fn closed_loop(robot: SimulatedRobot, mut controller: Controller, plan: &Pla
 /// # Errors
 /// The decider cannot be reached.
 pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, plan: &Plan) -> Result<Trace, D::Error> {
+    closed_loop_in(&mut robot, decider, plan)
+}
+
+/// Runs whoever decides in any world.
+///
+/// # Errors
+/// The decider cannot be reached.
+pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan: &Plan) -> Result<Trace, D::Error> {
     let tick_s = robot.tick_s();
     let count = (plan.seconds / tick_s).round().max(1.0) as usize;
     let refresh = (REFRESH_S / tick_s).round().max(1.0) as usize;
@@ -170,7 +216,7 @@ pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, p
 }
 
 /// A refusal in the units in which the order was typed.
-fn said(order: Order, refusal: Refusal) -> String {
+pub(crate) fn said(order: Order, refusal: Refusal) -> String {
     match (order, refusal) {
         (Order::Freq { .. }, Refusal::OutOfRange { name, low, high, .. }) => {
             let hertz = |omega: f32| frequency_from_omega(f64::from(omega)).abs();

@@ -1,0 +1,172 @@
+//! The body's checks: what must hold between `[body]`, `[backbone]`, `[eccentric]`, `[feet]`, `[ground]` and `[load]`.
+
+use super::Checks;
+use crate::robot::{Backbone, Body, Eccentric, Feet, Ground, Module, ModuleKind, Robot};
+use crate::unit::number;
+
+/// Longest chain of modules.
+const MOST_MODULES: usize = 64;
+/// Largest share by which `[load]` may differ from what the eccentric makes: more than rounding.
+const LOAD_SHARE: f64 = 0.01;
+
+impl Checks<'_> {
+    pub(super) fn body(&mut self, robot: &Robot) {
+        self.whole_body(robot);
+        let (Some(body), Some(backbone), Some(feet), Some(ground)) =
+            (&robot.body, &robot.backbone, &robot.feet, &robot.ground)
+        else {
+            return;
+        };
+        self.modules(body);
+        self.backbone(backbone, body.modules.len());
+        self.feet(feet, body);
+        self.ground(ground, feet, &module_places(body, backbone));
+        if let Some(eccentric) = &robot.eccentric {
+            self.load(robot.load.inertia_kg_m2.value, eccentric);
+        }
+    }
+
+    /// All five tables or none, and no effect of the feet without them.
+    fn whole_body(&mut self, robot: &Robot) {
+        let tables = [
+            ("body", robot.body.is_some()),
+            ("backbone", robot.backbone.is_some()),
+            ("eccentric", robot.eccentric.is_some()),
+            ("feet", robot.feet.is_some()),
+            ("ground", robot.ground.is_some()),
+        ];
+        let named = |there: bool| -> Vec<_> {
+            tables.iter().filter(|(_, is)| *is == there).map(|(name, _)| format!("[{name}]")).collect()
+        };
+        let missing = named(false).join(", ");
+        if let Some((first, _)) = tables.iter().find(|(_, there)| *there)
+            && !missing.is_empty()
+        {
+            let message =
+                format!("stands without {missing}: [body], [backbone], [eccentric], [feet] and [ground] are one");
+            self.wrong(first, &message, &format!("add {missing}, or remove {}", named(true).join(", ")));
+        }
+        let effects = &robot.effects;
+        for (path, there) in [
+            ("effects.foot_stribeck", effects.foot_stribeck.is_some()),
+            ("effects.foot_anisotropy", effects.foot_anisotropy.is_some()),
+            ("effects.foot_load_friction", effects.foot_load_friction.is_some()),
+            ("effects.ground_slope", effects.ground_slope.is_some()),
+        ] {
+            if there && robot.body.is_none() {
+                self.wrong(path, "needs a body: there are no feet on the ground", "remove it, or add [body]");
+            }
+        }
+    }
+
+    fn modules(&mut self, body: &Body) {
+        let path = "body.modules";
+        let count = body.modules.len();
+        if !(2..=MOST_MODULES).contains(&count) {
+            let message = format!("a chain has 2 to {MOST_MODULES} modules, found {count}");
+            self.wrong(path, &message, "name them from front to rear, e.g. [\"actuator\", \"courier\", \"passive\"]");
+        } else if body.modules[0] != ModuleKind::Actuator || body.modules[1..].contains(&ModuleKind::Actuator) {
+            let help = "name `actuator` once, at the front";
+            self.wrong(path, "the first module is the actuator, and the only one: it carries the eccentric", help);
+        }
+        if let Some(clamped) = body.clamped_module {
+            let path = "body.clamped_module";
+            if clamped.fract() != 0.0 {
+                self.whole(path, clamped);
+            } else if clamped > count as f64 {
+                let message = format!("there is no module {clamped}: the robot has {count}");
+                self.wrong(path, &message, &format!("write 1 (the front one) to {count}"));
+            }
+        }
+    }
+
+    fn backbone(&mut self, backbone: &Backbone, modules: usize) {
+        self.whole("backbone.segments", backbone.segments.value);
+        let count = modules.saturating_sub(1);
+        if let Some(roll) = &backbone.roll_deg
+            && roll.len() != count
+        {
+            let message = format!("{modules} modules have {count} backbones, found {} angles", roll.len());
+            self.wrong("backbone.roll_deg", &message, "give one angle a backbone, from front to rear");
+        }
+    }
+
+    fn feet(&mut self, feet: &Feet, body: &Body) {
+        for (name, module) in [("actuator", &body.actuator), ("courier", &body.courier), ("passive", &body.passive)] {
+            let half = 0.5 * module.width_m.value;
+            if feet.inset_m.value >= half {
+                let message = format!(
+                    "must be less than half of body.{name}.width_m: the feet stand left and right of the middle"
+                );
+                self.wrong("feet.inset_m", &message, &format!("write less than {} m", number(half)));
+            }
+        }
+        if feet.radius_m.value >= feet.leg_m.value {
+            let help = format!("write less than feet.leg_m, {} m", number(feet.leg_m.value));
+            self.wrong("feet.radius_m", "the foot is larger than its leg: it would be inside the module", &help);
+        }
+    }
+
+    fn ground(&mut self, ground: &Ground, feet: &Feet, places: &[f64]) {
+        for (path, pairs) in [("ground.steps_m", &ground.steps_m), ("ground.patches_m", &ground.patches_m)] {
+            if pairs.as_ref().is_some_and(|pairs| pairs.windows(2).any(|pair| pair[0][0] >= pair[1][0])) {
+                self.wrong(path, "x must increase", "order the pairs from rear to front (x points ahead)");
+            }
+        }
+        let Some(steps) = &ground.steps_m else { return };
+        let radius = feet.radius_m.value;
+        // The highest ground under a foot decides.
+        let under = |x: f64| highest(steps, x - radius, x + radius);
+        let Some(module) = (0..places.len()).find(|&module| under(places[module]) > 0.0) else { return };
+        let message = format!(
+            "the feet of module {} start below ground: at x = {} m it is {} m high, and the feet start on height 0",
+            module + 1,
+            number(places[module]),
+            number(under(places[module])),
+        );
+        let (front, rear) = (places[0] + radius, places[places.len() - 1] - radius);
+        let help = format!(
+            "let the ground rise ahead of x = {} m or behind x = {} m, or lower it",
+            number(front),
+            number(rear)
+        );
+        self.wrong("ground.steps_m", &message, &help);
+    }
+
+    fn load(&mut self, load: f64, eccentric: &Eccentric) {
+        let made = eccentric.inertia_kg_m2();
+        if (load / made - 1.0).abs() > LOAD_SHARE {
+            let message = format!(
+                "{} kg·m² is not the inertia of [eccentric] about the shaft, m (r² + ½ r_bolt²) = {} kg·m²",
+                number(load),
+                number(made)
+            );
+            self.wrong("load.inertia_kg_m2", &message, &format!("write {}, or change [eccentric]", number(made)));
+        }
+    }
+}
+
+/// Nominal x of every module's centre, where its feet are, m; 0 for the front one.
+fn module_places(body: &Body, backbone: &Backbone) -> Vec<f64> {
+    let half = |kind: &ModuleKind| {
+        let module: &Module = match kind {
+            ModuleKind::Actuator => &body.actuator,
+            ModuleKind::Courier => &body.courier,
+            ModuleKind::Passive => &body.passive,
+        };
+        0.5 * module.length_m.value
+    };
+    let mut x = 0.0;
+    let mut places = vec![x; body.modules.len().min(1)];
+    for pair in body.modules.windows(2) {
+        x -= half(&pair[0]) + backbone.length_m.value + half(&pair[1]);
+        places.push(x);
+    }
+    places
+}
+
+/// The greatest height of the ground between two x, m.
+fn highest(steps: &[[f64; 2]], from: f64, to: f64) -> f64 {
+    let at_from = steps.iter().rev().find(|[x, _]| *x <= from).map_or(0.0, |[_, height]| *height);
+    steps.iter().filter(|[x, _]| (from..=to).contains(x)).map(|[_, height]| *height).fold(at_from, f64::max)
+}

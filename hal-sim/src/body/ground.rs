@@ -1,0 +1,68 @@
+//! Ground that is not even, and friction that is not Coulomb's: foot by foot, where a robot file asks for it.
+
+use super::plan::Contact;
+
+/// Where a sphere meets the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// How deep the sphere is in the ground, m; negative above it.
+    pub depth: f64,
+    /// From the ground to the sphere, in the plane of x and z.
+    pub normal: [f64; 2],
+}
+
+impl Contact {
+    /// Where a sphere of this radius with its centre at `x`, `z` meets the ground: the nearest of treads and risers.
+    #[must_use]
+    pub fn meeting(&self, radius: f64, x: f64, z: f64) -> Meeting {
+        let under = self.height(x);
+        let tread = Meeting { depth: radius - (z - under), normal: [0.0, 1.0] };
+        if z <= under {
+            return tread;
+        }
+        let mut nearest = tread;
+        let mut lower: f64 = 0.0;
+        for &[edge, height] in &self.steps {
+            // A riser, and the edge above it.
+            let on_riser = z.clamp(lower.min(height), lower.max(height));
+            let (dx, dz) = (x - edge, z - on_riser);
+            let distance = dx.hypot(dz);
+            if distance > 0.0 && radius - distance > nearest.depth {
+                nearest = Meeting { depth: radius - distance, normal: [dx / distance, dz / distance] };
+            }
+            lower = height;
+        }
+        nearest
+    }
+
+    /// Height of the ground, m.
+    #[must_use]
+    pub fn height(&self, x: f64) -> f64 {
+        last_before(&self.steps, x).unwrap_or(0.0)
+    }
+
+    /// Coefficient of friction at `x` by its patch alone: what a foot has at speed, under its nominal load.
+    #[must_use]
+    pub fn patch_friction(&self, x: f64) -> f64 {
+        self.friction * last_before(&self.patches, x).unwrap_or(1.0)
+    }
+
+    /// Coefficient of friction under a foot at `x` that slides at `speed` (m/s) under `load` (N).
+    #[must_use]
+    pub fn coefficient(&self, x: f64, speed: f64, load: f64) -> f64 {
+        let mut coefficient = self.patch_friction(x);
+        if let Some([excess, stribeck]) = self.stribeck {
+            let ratio = speed / stribeck;
+            coefficient *= 1.0 + excess * (-ratio * ratio).exp();
+        }
+        if let Some([exponent, nominal]) = self.load {
+            // Without the bound a foot that just touches would stick for ever.
+            coefficient *= (load.max(f64::MIN_POSITIVE) / nominal).powf(-exponent).min(3.0);
+        }
+        coefficient
+    }
+}
+
+fn last_before(pairs: &[[f64; 2]], x: f64) -> Option<f64> {
+    pairs.iter().rev().find(|pair| x >= pair[0]).map(|pair| pair[1])
+}

@@ -1,0 +1,26 @@
+//! The body on the ground: modules on soft backbones, shaken by the eccentric, on compliant feet.
+
+mod algebra;
+mod contact;
+pub mod coordinates;
+pub mod drive;
+pub mod ensemble;
+mod ground;
+mod group;
+mod lanes;
+mod model;
+pub mod plan;
+mod rotor;
+pub mod skeleton;
+pub mod snapshot;
+mod stability;
+mod step;
+pub mod track;
+pub mod walking;
+
+pub use drive::Drive;
+pub use ensemble::{Ensemble, Precision, Settings};
+pub use plan::Plan;
+pub use snapshot::Snapshot;
+pub use track::{Speeds, Track};
+pub use walking::{Walker, WalkingRobots};

@@ -1,0 +1,303 @@
+//! What a body is made of: a plain description in SI units, from a robot file or made by hand.
+//!
+//! Nominal pose, world frame (right-handed, z up): the robot straight along x with its first module at the +x end, the
+//! feet's lowest points at z = 0. Module k (from 0) has its centre at `x = −k·pitch`. Backbone b (from 0) joins modules
+//! b and b+1 by `segments` triples of hinges at one point each; triple i stands `i·L/segments` behind module b. Between
+//! two triples is a segment's box; the last one is rigidly part of module b+1.
+
+use description::Robot;
+use description::robot::{Backbone as BackboneFile, Module as ModuleFile, ModuleKind};
+
+/// A body. All fields are public: a test or an experiment may build what no robot file says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// From front to rear.
+    pub modules: Vec<Module>,
+    /// Between the modules, from front to rear: one fewer.
+    pub backbones: Vec<Backbone>,
+    /// On module 0; none for a body without a rotor.
+    pub eccentric: Option<Eccentric>,
+    /// How the feet touch the ground; none for no contact at all.
+    pub contact: Option<Contact>,
+    /// The module (from 0) that is held fast in its nominal pose.
+    pub clamped: Option<usize>,
+    /// Gravity in the world's frame, m/s². On a slope the world's z is the slope's normal.
+    pub gravity: [f64; 3],
+}
+
+/// A homogeneous box with a foot on either side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Module {
+    /// What it is for.
+    pub kind: ModuleKind,
+    /// kg.
+    pub mass: f64,
+    /// Length (x), width (y), height (z), m.
+    pub size: [f64; 3],
+    /// Height of the nominal centre over the feet's lowest point, m; the same for all modules of a plan.
+    pub centre_height: f64,
+    /// Foot centres, left then right, against the module's centre, in its frame, m.
+    pub feet: [[f64; 3]; 2],
+}
+
+/// A soft I-beam as a chain of boxes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Backbone {
+    /// Roll about the long axis, rad.
+    pub roll: f64,
+    /// m.
+    pub length: f64,
+    /// Triples of hinges, and boxes.
+    pub segments: usize,
+    /// Of one box, kg.
+    pub segment_mass: f64,
+    /// Width and height of a box, m.
+    pub section: [f64; 2],
+    /// Of each hinge about x (torsion), y' (stiff), z' (soft), N·m/rad.
+    pub stiffness: [f64; 3],
+    /// Of each hinge about x, y', z', N·m·s/rad.
+    pub damping: [f64; 3],
+}
+
+/// A bolt that turns about the vertical axis through the centre of module 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eccentric {
+    /// kg.
+    pub mass: f64,
+    /// Of the bolt's axis from the shaft's, m.
+    pub radius: f64,
+    /// Of the bolt's centre over the module's centre, m.
+    pub height: f64,
+    /// Of the bolt about its own centre: about its axis, and across, kg·m².
+    pub inertia: [f64; 2],
+    /// The bolt's own radius and length, m: for pictures.
+    pub bolt: [f64; 2],
+}
+
+/// How the feet touch the ground: a compliant sphere with friction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// Of the feet's spheres, m.
+    pub foot_radius: f64,
+    /// Hunt and Crossley's `k`, N/m.
+    pub normal_stiffness: f64,
+    /// Hunt and Crossley's `χ`, s/m.
+    pub normal_damping: f64,
+    /// Along the ground until it slides, N/m.
+    pub shear_stiffness: f64,
+    /// Along the ground until it slides, N·s/m.
+    pub shear_damping: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Friction that falls with sliding speed: share of excess at rest, and Stribeck speed, m/s.
+    pub stribeck: Option<[f64; 2]>,
+    /// Friction across the module as a share of that along it.
+    pub lateral_share: f64,
+    /// Friction coefficient that falls with load: exponent, and the load at which it is nominal, N.
+    pub load: Option<[f64; 2]>,
+    /// Steps: from x on, the ground's height, m; x increasing. Empty for an even ground.
+    pub steps: Vec<[f64; 2]>,
+    /// Patches: from x (m) on, a factor on the friction; x increasing.
+    pub patches: Vec<[f64; 2]>,
+}
+
+/// Why there is no body.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlanError {
+    /// The robot file has no `[body]`.
+    #[error("robot `{0}` has no [body]: it is a motor on a bench")]
+    NoBody(String),
+    /// Something in the file makes no body.
+    #[error("{field}: {what}")]
+    Field {
+        /// Dotted path in the robot file.
+        field: &'static str,
+        /// What is wrong, and what to do.
+        what: String,
+    },
+}
+
+/// Standard gravity, m/s². MuJoCo's default, which the reference model uses, is 9.81.
+pub const GRAVITY: f64 = 9.81;
+
+impl Plan {
+    /// The body of a robot file, at its nominal values.
+    ///
+    /// # Errors
+    /// The file has no body, or one that cannot be built.
+    pub fn new(robot: &Robot) -> Result<Self, PlanError> {
+        let (Some(body), Some(backbone), Some(feet)) = (&robot.body, &robot.backbone, &robot.feet) else {
+            return Err(PlanError::NoBody(robot.name.clone()));
+        };
+        let of_kind = |kind: ModuleKind| -> &ModuleFile {
+            match kind {
+                ModuleKind::Actuator => &body.actuator,
+                ModuleKind::Courier => &body.courier,
+                ModuleKind::Passive => &body.passive,
+            }
+        };
+        // The modules hang on one line; the highest stands on legs of the length that the file says, the others' are longer.
+        let highest = body.modules.iter().map(|kind| of_kind(*kind).height_m.value).fold(0.0, f64::max);
+        let centre_height = feet.leg_m.value + 0.5 * highest;
+        let module = |kind: ModuleKind| {
+            let file = of_kind(kind);
+            let size = [file.length_m.value, file.width_m.value, file.height_m.value];
+            let aside = 0.5 * size[1] - feet.inset_m.value;
+            let down = feet.radius_m.value - centre_height;
+            Module {
+                kind,
+                mass: file.mass_kg.value,
+                size,
+                centre_height,
+                feet: [[0.0, aside, down], [0.0, -aside, down]],
+            }
+        };
+        let modules: Vec<_> = body.modules.iter().map(|kind| module(*kind)).collect();
+        if modules.len() < 2 {
+            let what = format!("{} modules make no chain: name two or more", modules.len());
+            return Err(PlanError::Field { field: "body.modules", what });
+        }
+        let backbones = backbones(backbone, modules.len() - 1)?;
+        let clamped = match body.clamped_module {
+            None => None,
+            Some(number) if number.fract() == 0.0 && number >= 1.0 && number <= modules.len() as f64 => {
+                Some(number as usize - 1)
+            }
+            Some(number) => {
+                let what = format!("there is no module {number}: the robot has {}", modules.len());
+                return Err(PlanError::Field { field: "body.clamped_module", what });
+            }
+        };
+        let eccentric = robot.eccentric.as_ref().map(|file| {
+            let (mass, radius, length) = (file.mass_kg.value, file.bolt_radius_m.value, file.bolt_length_m.value);
+            Eccentric {
+                mass,
+                radius: file.radius_m.value,
+                height: 0.5 * modules[0].size[2] + file.height_m.value,
+                inertia: [0.5 * mass * radius * radius, mass * (3.0 * radius * radius + length * length) / 12.0],
+                bolt: [radius, length],
+            }
+        });
+        Ok(Self { modules, backbones, eccentric, contact: contact(robot), clamped, gravity: gravity(robot) })
+    }
+
+    /// Whether it is a body at all: what a robot file's checks ask, of a plan made by hand.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn check(&self) -> Result<(), PlanError> {
+        let wrong = |field, what: String| Err(PlanError::Field { field, what });
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if self.modules.len() < 2 || self.backbones.len() + 1 != self.modules.len() {
+            let what = format!(
+                "{} modules and {} backbones: a chain has two modules or more, and one backbone fewer",
+                self.modules.len(),
+                self.backbones.len()
+            );
+            return wrong("body.modules", what);
+        }
+        for (k, module) in self.modules.iter().enumerate() {
+            if !positive(module.mass) || !module.size.iter().all(|side| positive(*side)) {
+                return wrong("body", format!("module {}: mass and size must be positive", k + 1));
+            }
+            if module.centre_height != self.modules[0].centre_height {
+                return wrong(
+                    "body",
+                    format!("module {} is not as high as the first: backbones lie on one line", k + 1),
+                );
+            }
+        }
+        for (b, backbone) in self.backbones.iter().enumerate() {
+            let springs = backbone.stiffness.iter().all(|k| k.is_finite() && *k >= 0.0);
+            let dampers = backbone.damping.iter().all(|d| d.is_finite() && *d >= 0.0);
+            let boxes = positive(backbone.length) && backbone.section.iter().all(|side| positive(*side));
+            if backbone.segments == 0 || !positive(backbone.segment_mass) || !boxes || !springs || !dampers {
+                let what = format!(
+                    "backbone {}: segments, mass, length and section must be positive, stiffness and damping not negative",
+                    b + 1
+                );
+                return wrong("backbone", what);
+            }
+        }
+        if self.clamped.is_some_and(|k| k >= self.modules.len()) {
+            return wrong("body.clamped_module", format!("there are {} modules", self.modules.len()));
+        }
+        if self.eccentric.is_some_and(|e| !positive(e.mass) || !positive(e.inertia[0]) || !positive(e.inertia[1])) {
+            return wrong("eccentric", "its mass and inertia must be positive".into());
+        }
+        Ok(())
+    }
+
+    /// Distance between the centres of neighbouring modules k and k+1 in the nominal pose, m.
+    #[must_use]
+    pub fn pitch(&self, k: usize) -> f64 {
+        0.5 * (self.modules[k].size[0] + self.modules[k + 1].size[0]) + self.backbones[k].length
+    }
+
+    /// Triples of hinges in the whole chain.
+    #[must_use]
+    pub fn joints(&self) -> usize {
+        self.backbones.iter().map(|backbone| backbone.segments).sum()
+    }
+
+    /// Degrees of freedom: three a triple, six of a free robot, one of the rotor.
+    #[must_use]
+    pub fn degrees_of_freedom(&self) -> usize {
+        3 * self.joints() + if self.clamped.is_some() { 0 } else { 6 } + usize::from(self.eccentric.is_some())
+    }
+
+    /// Mass of everything, kg.
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        let modules: f64 = self.modules.iter().map(|module| module.mass).sum();
+        let backbones: f64 = self.backbones.iter().map(|b| b.segments as f64 * b.segment_mass).sum();
+        modules + backbones + self.eccentric.map_or(0.0, |eccentric| eccentric.mass)
+    }
+}
+
+fn backbones(file: &BackboneFile, count: usize) -> Result<Vec<Backbone>, PlanError> {
+    if let Some(roll) = &file.roll_deg
+        && roll.len() != count
+    {
+        let what = format!("{} angles for {count} backbones: give one for each", roll.len());
+        return Err(PlanError::Field { field: "backbone.roll_deg", what });
+    }
+    let roll_deg = |b: usize| file.roll_deg.as_ref().map_or((b + 1) as f64 * file.alpha_deg.value, |roll| roll[b]);
+    let backbone = |b: usize| Backbone {
+        roll: roll_deg(b).to_radians(),
+        length: file.length_m.value,
+        segments: file.segments.value as usize,
+        segment_mass: file.segment_mass_kg.value,
+        section: [file.segment_width_m.value, file.segment_height_m.value],
+        stiffness: [file.torsion_nm_per_rad.value, file.stiff_nm_per_rad.value, file.soft_nm_per_rad.value],
+        damping: [file.torsion_nm_s_per_rad.value, file.stiff_nm_s_per_rad.value, file.soft_nm_s_per_rad.value],
+    };
+    Ok((0..count).map(backbone).collect())
+}
+
+fn contact(robot: &Robot) -> Option<Contact> {
+    let (feet, ground) = (robot.feet.as_ref()?, robot.ground.as_ref()?);
+    let effects = &robot.effects;
+    Some(Contact {
+        foot_radius: feet.radius_m.value,
+        normal_stiffness: feet.normal_n_per_m.value,
+        normal_damping: feet.normal_s_per_m.value,
+        shear_stiffness: feet.shear_n_per_m.value,
+        shear_damping: feet.shear_n_s_per_m.value,
+        friction: ground.friction.value,
+        stribeck: effects.foot_stribeck.as_ref().map(|s| [s.excess_share.value, s.speed_m_per_s.value]),
+        lateral_share: effects.foot_anisotropy.as_ref().map_or(1.0, |a| a.lateral_share.value),
+        load: effects.foot_load_friction.as_ref().map(|l| [l.exponent.value, l.load_n.value]),
+        steps: ground.steps_m.clone().unwrap_or_default(),
+        patches: ground.patches_m.clone().unwrap_or_default(),
+    })
+}
+
+/// On a slope gravity leans: the world's z stays the ground's normal.
+fn gravity(robot: &Robot) -> [f64; 3] {
+    robot.effects.ground_slope.as_ref().map_or([0.0, 0.0, -GRAVITY], |slope| {
+        let (angle, direction) = (slope.angle_deg.value.to_radians(), slope.direction_deg.value.to_radians());
+        let down = -GRAVITY * angle.sin();
+        [down * direction.cos(), down * direction.sin(), -GRAVITY * angle.cos()]
+    })
+}

@@ -1,0 +1,391 @@
+//! A sweep from its design to its table: every run once, over all cores, whatever happened before.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+
+use control::Parameters;
+use rayon::prelude::*;
+use toml::{Table, Value};
+
+use super::axis::{Axis, AxisError, What};
+use super::design::Design;
+use super::journal::{Journal, JournalError, PHYSICS, Rows, claim};
+use super::measure::{COLUMNS, Measures};
+use super::trial::{
+    DriveKind, Outcome, PATH_POINTS, RunSettings, SIDE_BY_SIDE, Trial, TrialError, check, shape, simulate,
+};
+use super::variant::{Variant, Workshop};
+
+/// Time that the run takes whose end says which physics a table is of, s.
+const PROBE_S: f64 = 0.05;
+/// Layout of the tables.
+const FORMAT: i64 = 1;
+
+/// Where a sweep is written.
+#[derive(Clone, Debug)]
+pub struct Target<'a> {
+    /// The directory.
+    pub directory: &'a Path,
+    /// Name of the table, without `.csv`.
+    pub stem: &'a str,
+    /// Paths are kept, too, in `STEM_paths.csv`.
+    pub paths: bool,
+    /// What is there of another sweep is deleted.
+    pub fresh: bool,
+}
+
+/// Why a sweep ended.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum SweepError {
+    /// The robot cannot be brought somewhere.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Axis(#[from] AxisError),
+    /// A run cannot be made.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Trial(#[from] TrialError),
+    /// The table cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Journal(#[from] JournalError),
+    /// No controller for a robot.
+    #[error("no controller for this robot: {0}")]
+    #[diagnostic(help("--drive ideal turns the eccentric without one"))]
+    Design(String),
+    /// No threads.
+    #[error("no threads: {0}")]
+    #[diagnostic(help("name fewer with --threads"))]
+    Threads(String),
+}
+
+/// A run as it stands in the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// The point of the design.
+    pub point: usize,
+    /// What was measured.
+    pub measures: Measures,
+    /// What a person should know.
+    pub note: String,
+    /// The centroid's path, mm, where paths are kept.
+    pub path: Vec<[f64; 2]>,
+}
+
+/// A finished sweep.
+#[derive(Clone, Debug)]
+pub struct Swept {
+    /// What was swept.
+    pub design: Design,
+    /// Every run, in the design's order.
+    pub runs: Vec<Run>,
+    /// Of them, those that were there already.
+    pub resumed: usize,
+    /// The table.
+    pub file: PathBuf,
+    /// The paths, where they are kept.
+    pub paths_file: Option<PathBuf>,
+}
+
+/// A sweep that can be run.
+pub struct Campaign<'a> {
+    workshop: &'a Workshop,
+    design: Design,
+    settings: RunSettings,
+    /// Robots that differ, and which a point has.
+    variants: Vec<(Variant, Option<Parameters>)>,
+    variant_of: Vec<usize>,
+}
+
+impl<'a> Campaign<'a> {
+    /// Makes the robots of a design.
+    ///
+    /// # Errors
+    /// One cannot be made, or has no controller.
+    pub fn new(workshop: &'a Workshop, design: Design, settings: RunSettings) -> Result<Self, SweepError> {
+        let mut known: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
+        let mut distinct: Vec<&Vec<f64>> = Vec::new();
+        let frequency = design.position(&What::Frequency);
+        let variant_of = design
+            .points
+            .iter()
+            .map(|point| {
+                let others = point.iter().enumerate().filter(|(index, _)| Some(*index) != frequency);
+                let key = others.map(|(_, value)| value.to_bits()).collect();
+                *known.entry(key).or_insert_with(|| {
+                    distinct.push(point);
+                    distinct.len() - 1
+                })
+            })
+            .collect();
+        let make = |point: &&Vec<f64>| -> Result<_, SweepError> {
+            let variant = workshop.variant(&design.axes, point)?;
+            let parameters = match settings.drive {
+                DriveKind::Motor => Some(parameters(&variant)?),
+                _ => None,
+            };
+            Ok((variant, parameters))
+        };
+        let variants = distinct.par_iter().map(make).collect::<Result<Vec<_>, _>>()?;
+        let campaign = Self { workshop, design, settings, variants, variant_of };
+        for point in 0..campaign.design.points.len() {
+            // Before anything is run or written.
+            check(&campaign.trial(point * campaign.design.seeds.len()))?;
+        }
+        Ok(campaign)
+    }
+
+    fn trial(&self, run: usize) -> Trial<'_> {
+        let (point, seed) = self.design.run(run);
+        let (variant, parameters) = &self.variants[self.variant_of[point]];
+        let f_hz = self.design.frequency(&self.design.points[point]);
+        Trial { variant, parameters: parameters.as_ref(), f_hz, seed }
+    }
+
+    /// Runs of one shape side by side, in a fixed order.
+    fn groups(&self, left: impl Iterator<Item = usize>) -> Vec<Vec<usize>> {
+        let mut shapes: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for run in left {
+            shapes.entry(shape(&self.trial(run).variant.plan)).or_default().push(run);
+        }
+        shapes
+            .into_values()
+            .flat_map(|runs| runs.chunks(SIDE_BY_SIDE).map(<[usize]>::to_vec).collect::<Vec<_>>())
+            .collect()
+    }
+
+    /// Everything that the table depends on.
+    pub(super) fn about(&self) -> Table {
+        let numbers = |values: &[f64]| Value::Array(values.iter().map(|value| Value::Float(*value)).collect());
+        let mut about = Table::new();
+        about.insert("format".into(), Value::Integer(FORMAT));
+        about.insert("drive".into(), Value::String(drive_name(self.settings.drive)));
+        about.insert("seconds".into(), Value::Float(self.settings.seconds));
+        about.insert("step_s".into(), Value::Float(self.settings.step_s));
+        about.insert("precision".into(), Value::String(format!("{:?}", self.settings.precision).to_lowercase()));
+        let seeds = self.design.seeds.iter().map(|seed| Value::Integer(i64::from_ne_bytes(seed.to_ne_bytes())));
+        about.insert("seeds".into(), Value::Array(seeds.collect()));
+        about.insert(PHYSICS.into(), numbers(&self.probe()));
+        if Design::count(&self.design.axes, 1) != self.design.points.len() {
+            // Not every combination: which ones.
+            about
+                .insert("points".into(), Value::Array(self.design.points.iter().map(|point| numbers(point)).collect()));
+        }
+        let axis = |axis: &Axis| (axis.what.column(), numbers(&axis.values));
+        about.insert("axes".into(), Value::Table(self.design.axes.iter().map(axis).collect()));
+        let robot = serde_json::to_value(self.workshop.robot()).unwrap_or_default();
+        about.insert("robot".into(), to_toml(&robot).unwrap_or(Value::Table(Table::new())));
+        about
+    }
+
+    /// What is measured of a moment of the first run: another program's table differs in it.
+    fn probe(&self) -> Vec<f64> {
+        let settings = RunSettings { seconds: PROBE_S, ..self.settings };
+        // A body that cannot be has a note in its row, and no physics.
+        let outcomes = simulate(&[self.trial(0)], &settings).unwrap_or_default();
+        outcomes.iter().flat_map(|outcome| outcome.measures.values()).flatten().collect()
+    }
+
+    /// Makes every run that is not in the table yet. `progress` is told how many are done, of how many.
+    ///
+    /// # Errors
+    /// A run cannot be made, the directory holds another sweep, or the table cannot be written; rows that were written stay.
+    pub fn run(
+        self,
+        target: &Target<'_>,
+        threads: Option<usize>,
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<Swept, SweepError> {
+        let (table_name, paths_name) = (format!("{}.csv", target.stem), format!("{}_paths.csv", target.stem));
+        claim(target.directory, target.stem, &self.about(), &[&table_name, &paths_name], target.fresh)?;
+        let total = self.design.runs();
+        let (mut table, mut rows) = Journal::open(&target.directory.join(&table_name), &self.header(), total)?;
+        let mut paths = None;
+        if target.paths {
+            let (journal, there) =
+                Journal::open(&target.directory.join(&paths_name), &path_header(self.settings.seconds), total)?;
+            rows.retain(|number, _| there.contains_key(number));
+            paths = Some((journal, there));
+        }
+        let resumed = rows.len();
+        progress(resumed, total);
+        let groups = self.groups((0..total).filter(|run| !rows.contains_key(&(run + 1))));
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.unwrap_or(0))
+            .build()
+            .map_err(|error| SweepError::Threads(error.to_string()))?;
+        let stop = AtomicBool::new(false);
+        let (sender, receiver) = mpsc::channel();
+        let campaign = &self;
+        std::thread::scope(|scope| {
+            let (stop, groups) = (&stop, &groups);
+            scope.spawn(move || {
+                pool.install(|| {
+                    groups.par_iter().for_each_with(sender, |sender, group| {
+                        if !stop.load(Ordering::Relaxed) {
+                            // Nobody listens any more after an error.
+                            let _ = sender.send(campaign.group(group));
+                        }
+                    });
+                });
+            });
+            for done in receiver {
+                let result = done
+                    .map_err(SweepError::from)
+                    .and_then(|outcomes| campaign.book(outcomes, &mut table, &mut rows, paths.as_mut()));
+                if let Err(error) = result {
+                    stop.store(true, Ordering::Relaxed);
+                    return Err(error);
+                }
+                progress(rows.len(), total);
+            }
+            Ok(())
+        })?;
+        let paths = match paths {
+            Some((journal, there)) => Some((journal.finish(&there)?, there)),
+            None => None,
+        };
+        let file = table.finish(&rows)?;
+        let runs = (0..total).map(|run| self.read(run, &rows, paths.as_ref().map(|(_, rows)| rows))).collect();
+        Ok(Swept { design: self.design, runs, resumed, file, paths_file: paths.map(|(file, _)| file) })
+    }
+
+    fn group(&self, runs: &[usize]) -> Result<Vec<(usize, Outcome)>, TrialError> {
+        let trials: Vec<Trial<'_>> = runs.iter().map(|run| self.trial(*run)).collect();
+        match (simulate(&trials, &self.settings), runs) {
+            (Ok(outcomes), _) => Ok(runs.iter().copied().zip(outcomes).collect()),
+            // One body that cannot be: a note in its row, not the end of the others.
+            (Err(TrialError::Body(note)), [run]) => Ok(vec![(*run, Outcome { note, ..Outcome::default() })]),
+            (Err(TrialError::Body(_)), _) => {
+                runs.iter().map(|run| self.group(&[*run])).collect::<Result<Vec<_>, _>>().map(|all| all.concat())
+            }
+            (Err(error), _) => Err(error),
+        }
+    }
+
+    /// Every run's outcome, nothing written: for a search, which keeps a table of its own.
+    ///
+    /// # Errors
+    /// A run cannot be made.
+    pub fn outcomes(&self) -> Result<Vec<Run>, TrialError> {
+        let mut runs = BTreeMap::new();
+        for group in self.groups(0..self.design.runs()) {
+            runs.extend(self.group(&group)?);
+        }
+        let run = |(run, outcome): (usize, Outcome)| Run {
+            point: self.design.run(run).0,
+            measures: outcome.measures,
+            note: outcome.note,
+            path: outcome.path,
+        };
+        Ok(runs.into_iter().map(run).collect())
+    }
+
+    /// The design.
+    #[must_use]
+    pub fn design(&self) -> &Design {
+        &self.design
+    }
+
+    /// The path before its row: a row without a path is made again, a path without a row is not looked at.
+    fn book(
+        &self,
+        outcomes: Vec<(usize, Outcome)>,
+        table: &mut Journal,
+        rows: &mut Rows,
+        paths: Option<&mut (Journal, Rows)>,
+    ) -> Result<(), SweepError> {
+        if let Some((journal, there)) = paths {
+            let new: Vec<_> = outcomes.iter().map(|(run, outcome)| (run + 1, path_cells(&outcome.path))).collect();
+            journal.append(&new)?;
+            there.extend(new);
+        }
+        let new: Vec<_> = outcomes.iter().map(|(run, outcome)| (run + 1, self.cells(*run, outcome))).collect();
+        table.append(&new)?;
+        rows.extend(new);
+        Ok(())
+    }
+
+    fn header(&self) -> Vec<String> {
+        let axes = self.design.axes.iter().map(|axis| axis.what.column());
+        let measures = COLUMNS.iter().map(|column| column.name.to_owned());
+        ["run".to_owned()]
+            .into_iter()
+            .chain(axes)
+            .chain(["seed".to_owned()])
+            .chain(measures)
+            .chain(["note".into()])
+            .collect()
+    }
+
+    fn cells(&self, run: usize, outcome: &Outcome) -> Vec<String> {
+        let (point, seed) = self.design.run(run);
+        let axes = self.design.points[point].iter().map(f64::to_string);
+        let measures =
+            outcome.measures.values().into_iter().map(|value| value.map_or(String::new(), |v| v.to_string()));
+        axes.chain([seed.to_string()]).chain(measures).chain([outcome.note.clone()]).collect()
+    }
+
+    fn read(&self, run: usize, rows: &Rows, paths: Option<&Rows>) -> Run {
+        let empty = Vec::new();
+        let cells = rows.get(&(run + 1)).unwrap_or(&empty);
+        let first = self.design.axes.len() + 1;
+        let number = |text: &String| text.parse::<f64>().ok().filter(|value| value.is_finite());
+        let values: Vec<Option<f64>> = cells.iter().skip(first).take(COLUMNS.len()).map(number).collect();
+        let path: Option<Vec<f64>> =
+            paths.and_then(|paths| paths.get(&(run + 1))).and_then(|cells| cells.iter().map(number).collect());
+        Run {
+            point: self.design.run(run).0,
+            measures: Measures::from_values(&values),
+            note: cells.last().cloned().unwrap_or_default(),
+            path: path.unwrap_or_default().chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect(),
+        }
+    }
+}
+
+fn parameters(variant: &Variant) -> Result<Parameters, SweepError> {
+    let design = description::design::design(&variant.robot).map_err(|error| SweepError::Design(error.to_string()))?;
+    Ok(design.parameters)
+}
+
+/// As `--drive` spells it, with the numbers that it has.
+fn drive_name(drive: DriveKind) -> String {
+    match drive {
+        DriveKind::Motor => "motor".into(),
+        DriveKind::Ideal { phase_noise } => format!("ideal, phase error {} rad", phase_noise),
+        DriveKind::Exact => "exact".into(),
+    }
+}
+
+fn path_header(seconds: f64) -> Vec<String> {
+    let point = |k: usize| {
+        let time = super::axis::significant(seconds * k as f64 / (PATH_POINTS - 1) as f64, 6);
+        [format!("x_mm@{time}"), format!("y_mm@{time}")]
+    };
+    ["run".to_owned()].into_iter().chain((0..PATH_POINTS).flat_map(point)).collect()
+}
+
+/// Micrometres are enough for a path. Empty cells for a run that blew up.
+fn path_cells(path: &[[f64; 2]]) -> Vec<String> {
+    if path.is_empty() {
+        return vec![String::new(); 2 * PATH_POINTS];
+    }
+    path.iter().flatten().map(|mm| format!("{mm:.3}")).collect()
+}
+
+/// TOML has no null: what a file leaves out is left out.
+fn to_toml(value: &serde_json::Value) -> Option<Value> {
+    use serde_json::Value as Json;
+    Some(match value {
+        Json::Null => return None,
+        Json::Bool(value) => Value::Boolean(*value),
+        Json::Number(number) => Value::Float(number.as_f64()?),
+        Json::String(text) => Value::String(text.clone()),
+        Json::Array(items) => Value::Array(items.iter().filter_map(to_toml).collect()),
+        Json::Object(table) => {
+            Value::Table(table.iter().filter_map(|(key, value)| Some((key.clone(), to_toml(value)?))).collect())
+        }
+    })
+}

@@ -1,0 +1,81 @@
+//! What the page knows of a run: the body, the ground, the speeds, the motion. SI units.
+
+use hal_sim::body::{Plan, Track};
+use serde_json::{Value, json};
+
+use super::frames::Frames;
+
+/// The thesis measures speeds over this time, s.
+const MEASURED_S: [f64; 2] = [1.0, 2.0];
+
+/// Everything, as `host/assets/view/run.js` reads it.
+pub fn run(track: &Track, title: &str) -> Value {
+    let frames = Frames::of(track);
+    json!({
+        "title": title,
+        "plan": plan(&track.plan),
+        "speeds": speeds(track),
+        "start_s": frames.start_s,
+        "interval_s": frames.interval_s,
+        "frames": frames.count,
+        "scale": frames.scale,
+        "codes": frames.hex(),
+    })
+}
+
+fn plan(plan: &Plan) -> Value {
+    let modules: Vec<_> = plan
+        .modules
+        .iter()
+        .map(|module| json!({ "kind": module.kind.name(), "size": module.size, "feet": module.feet }))
+        .collect();
+    let backbones: Vec<_> = plan
+        .backbones
+        .iter()
+        .map(|b| json!({ "roll": b.roll, "length": b.length, "segments": b.segments, "section": b.section }))
+        .collect();
+    let eccentric = plan.eccentric.map(|eccentric| {
+        json!({
+            "radius": eccentric.radius,
+            "height": eccentric.height,
+            "bolt_radius": eccentric.bolt[0],
+            "bolt_length": eccentric.bolt[1],
+        })
+    });
+    let contact = plan.contact.as_ref().map(|contact| {
+        json!({
+            "foot_radius": contact.foot_radius,
+            "friction": contact.friction,
+            "steps": contact.steps,
+            "patches": contact.patches,
+        })
+    });
+    json!({
+        "modules": modules,
+        "backbones": backbones,
+        "eccentric": eccentric,
+        "contact": contact,
+        "clamped": plan.clamped,
+        "gravity": plan.gravity,
+        "mass": plan.mass(),
+    })
+}
+
+/// Over the thesis's time, where the run covers it; else over its second half.
+fn speeds(track: &Track) -> Value {
+    let (Some(first), Some(last)) = (track.snapshots.first(), track.snapshots.last()) else {
+        return Value::Null;
+    };
+    // A run of 2 s ends a rounding error before or after.
+    let covered = last.time_s >= MEASURED_S[1] - 1e-6;
+    let [from, to] = if covered { MEASURED_S } else { [0.5 * (first.time_s + last.time_s), last.time_s] };
+    track.speeds(from, to).map_or(Value::Null, |speeds| {
+        json!({
+            "from_s": from,
+            "to_s": to,
+            "longitudinal": speeds.longitudinal,
+            "lateral": speeds.lateral,
+            "yaw": speeds.yaw,
+        })
+    })
+}

@@ -1,0 +1,226 @@
+//! `scram sim` for a robot with a body: what it writes and says of the walk, and what it refuses.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Runs `scram` with words in a directory; `@/` stands for the project's root.
+fn scram(directory: &Path, words: &str) -> Output {
+    let place = |word: &str| word.replace("@/", &format!("{}/", root().display()));
+    let words: Vec<String> = words.split_whitespace().map(place).collect();
+    Command::cargo_bin("scram").unwrap().args(words).current_dir(directory).output().unwrap()
+}
+
+#[track_caller]
+fn succeeds(directory: &Path, words: &str) -> String {
+    let output = scram(directory, words);
+    assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[track_caller]
+fn fails(directory: &Path, words: &str, code: i32, says: &[&str]) {
+    let output = scram(directory, words);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{words}: {message}");
+    for part in says {
+        assert!(message.contains(part), "{words}: `{message}` does not say `{part}`");
+    }
+    assert!(!directory.join("out").exists(), "{words} left something in out/");
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+/// A file in a directory whose text changes the default robot.
+fn robot(directory: &Path, name: &str, text: &str) {
+    let base = root().join("robot.toml").canonicalize().unwrap();
+    std::fs::write(directory.join(name), format!("base = {:?}\n{text}", base.display().to_string())).unwrap();
+}
+
+/// A CSV file: names, rows.
+struct Csv {
+    names: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Csv {
+    fn read(path: &Path) -> Self {
+        let text = std::fs::read_to_string(path).unwrap();
+        let mut lines = text.lines().map(|line| line.split(',').map(String::from).collect::<Vec<_>>());
+        let names = lines.next().unwrap();
+        let rows: Vec<Vec<String>> = lines.collect();
+        assert!(rows.iter().all(|row| row.len() == names.len()), "{}", path.display());
+        Self { names, rows }
+    }
+
+    fn column(&self, name: &str) -> Vec<f64> {
+        let index = self.names.iter().position(|known| known == name).unwrap_or_else(|| panic!("no column {name}"));
+        self.rows.iter().map(|row| row[index].parse().unwrap()).collect()
+    }
+}
+
+#[track_caller]
+fn close(found: &Value, expected: f64, tolerance: f64) {
+    let found = found.as_f64().unwrap_or_else(|| panic!("{found}"));
+    assert!((found - expected).abs() <= tolerance, "{found} against {expected}");
+}
+
+#[test]
+fn a_walk_is_told_as_its_track_has_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let said = json(&succeeds(directory.path(), "sim --robot @/robot.toml --drive freq:8 --alpha 90 --json"));
+    let walk = &said["walk"];
+    let out = directory.path().join("out");
+    for name in ["track.csv", "path.svg", "feet.svg", "gait.svg"] {
+        assert!(said["files"].to_string().contains(name), "{name}");
+    }
+    let track = Csv::read(&out.join("track.csv"));
+    let (time, x, y, yaw) = (track.column("t_s"), track.column("x_m"), track.column("y_m"), track.column("yaw_rad"));
+    assert_eq!((time.len(), time[0], time[1000], time[2000]), (2001, 0.0, 1.0, 2.0));
+    // The thesis's speeds: over the second half, in the frame of the start. It ends at t = 2 s.
+    close(&walk["speeds_from_s"], 1.0, 1e-9);
+    close(&walk["longitudinal_mm_per_s"], 1e3 * (x[2000] - x[1000]), 1e-3);
+    close(&walk["lateral_mm_per_s"], 1e3 * (y[2000] - y[1000]), 1e-3);
+    close(&walk["yaw_deg_per_s"], (yaw[2000] - yaw[1000]).to_degrees(), 1e-3);
+    close(&walk["turned_deg"], (yaw[2000] - yaw[0]).to_degrees(), 1e-3);
+    let path: f64 = (0..2000).map(|i| (x[i + 1] - x[i]).hypot(y[i + 1] - y[i])).sum();
+    close(&walk["path_mm"], 1e3 * path, 0.3);
+    let energy = track.column("energy_j");
+    let gone = (x[2000] - x[1000]).hypot(y[2000] - y[1000]);
+    let per_distance = (energy[2000] - energy[1000]) / gone;
+    close(&walk["energy_per_distance_j_per_m"], per_distance, 1e-3 * per_distance);
+    close(&said["energy_j"], energy[2000], 0.02 * energy[2000]);
+    let shares = walk["contact_share"].as_array().unwrap();
+    assert_eq!(shares.len(), 8);
+    for (foot, share) in shares.iter().enumerate() {
+        let name = format!("foot{}_{}_fz_n", foot / 2 + 1, ["left", "right"][foot % 2]);
+        let touching = track.column(&name)[1000..].iter().filter(|force| **force > 0.0).count();
+        close(share, touching as f64 / 1001.0, 0.01);
+    }
+    assert!(shares.iter().any(|share| share.as_f64().unwrap() < 0.95), "a gait lifts a foot at 8 Hz: {shares:?}");
+    // A positive frequency is clockwise, and the rotor's angle counter-clockwise.
+    let rotor = track.column("rotor_angle_rad");
+    assert!(rotor[2000] - rotor[1000] < -45.0, "{}", rotor[2000] - rotor[1000]);
+    // The feet carry the robot's weight.
+    let feet = (1..=4).flat_map(|m| ["left", "right"].map(|side| track.column(&format!("foot{m}_{side}_fz_n"))));
+    let weight = feet.map(|force| force[1000..].iter().sum::<f64>()).sum::<f64>() / 1001.0;
+    assert!((weight / (0.04396 * 9.81) - 1.0).abs() < 0.03, "{weight} N");
+}
+
+#[test]
+fn the_recording_has_the_pose_and_replays_to_the_bit() {
+    let directory = tempfile::tempdir().unwrap();
+    succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1");
+    let out = directory.path().join("out");
+    let (run, track) = (Csv::read(&out.join("run.csv")), Csv::read(&out.join("track.csv")));
+    assert_eq!(run.rows.len(), 1000);
+    for name in ["x_m", "y_m", "yaw_rad"] {
+        let (ours, theirs) = (run.column(name), track.column(name));
+        assert!(ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() < 1e-6), "{name}");
+    }
+    for file in ["run.mcap", "run.csv"] {
+        let said =
+            json(&succeeds(directory.path(), &format!("replay out/{file} --robot @/robot.toml --json --out again")));
+        assert_eq!(said["same"], Value::Bool(true), "{said}");
+        let compared = said["compared"].as_array().unwrap();
+        assert!(compared.len() > 4 && compared.iter().all(|q| q["different"] == 0), "{said}");
+    }
+}
+
+#[test]
+fn on_the_bench_there_is_no_body() {
+    let directory = tempfile::tempdir().unwrap();
+    robot(directory.path(), "bare.toml", "remove = [\"body\", \"backbone\", \"eccentric\", \"feet\", \"ground\"]\n");
+    succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1 --out walked");
+    let table = succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1 --bench --out walked");
+    assert!(!table.contains("ground") && !table.contains("α"), "{table}");
+    for name in ["track.csv", "path.svg", "feet.svg", "gait.svg"] {
+        assert!(!directory.path().join("walked").join(name).exists(), "{name} of the run before is still there");
+    }
+    succeeds(directory.path(), "sim --robot bare.toml --seconds 1 --out bare");
+    let bytes = |out: &str, name: &str| std::fs::read(directory.path().join(out).join(name)).unwrap();
+    assert_eq!(bytes("walked", "run.csv"), bytes("bare", "run.csv"));
+    assert!(!Csv::read(&directory.path().join("bare/run.csv")).names.contains(&"x_m".to_owned()));
+}
+
+#[test]
+fn alpha_is_the_robot_files_for_a_run() {
+    let directory = tempfile::tempdir().unwrap();
+    robot(
+        directory.path(),
+        "ninety.toml",
+        "[backbone]\nalpha_deg = { value = 90.0, low = 0.0, high = 120.0, source = \"test\" }\n",
+    );
+    let bytes = |out: &str| std::fs::read(directory.path().join(out).join("track.csv")).unwrap();
+    let table = succeeds(directory.path(), "sim --robot @/robot.toml --seconds 0.5 --alpha 90 --out flag");
+    assert!(table.contains("on the ground, α 90°"), "{table}");
+    succeeds(directory.path(), "sim --robot ninety.toml --seconds 0.5 --out file");
+    succeeds(directory.path(), "sim --robot @/robot.toml --seconds 0.5 --out default");
+    assert_eq!(bytes("flag"), bytes("file"), "and the same seed gives the same bytes");
+    assert_ne!(bytes("flag"), bytes("default"));
+}
+
+#[test]
+fn the_pictures_are_drawings_of_every_foot() {
+    let directory = tempfile::tempdir().unwrap();
+    succeeds(directory.path(), "sim --robot @/robot.toml --seconds 0.8 --view walk.html");
+    let texts = |name: &str| {
+        let svg = std::fs::read_to_string(directory.path().join("out").join(name)).unwrap();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let texts = document.descendants().filter(|node| node.has_tag_name("text"));
+        texts.filter_map(|node| node.text().map(|text| text.trim().to_owned())).collect::<Vec<_>>()
+    };
+    let (gait, feet, path) = (texts("gait.svg"), texts("feet.svg"), texts("path.svg"));
+    for foot in ["1 left", "1 right", "4 left", "4 right"] {
+        assert!(gait.iter().any(|text| text == foot), "{foot}: {gait:?}");
+        assert!(feet.iter().any(|text| text.starts_with(foot) && text.ends_with("from above")), "{foot}: {feet:?}");
+    }
+    assert!(gait.iter().any(|text| text.ends_with(" %")), "{gait:?}");
+    assert!(["start", "end"].iter().all(|mark| path.iter().any(|text| text == mark)), "{path:?}");
+    let page = std::fs::read_to_string(directory.path().join("walk.html")).unwrap();
+    assert!(page.to_lowercase().starts_with("<!doctype html>"), "{}", &page[..200]);
+    assert!(page.contains("freq:7 for 0.8 s"), "its title says what runs");
+}
+
+#[test]
+fn what_cannot_walk_is_said_before_anything_runs() {
+    let directory = tempfile::tempdir().unwrap();
+    let bad = |words: &str, code: i32, says: &[&str]| fails(directory.path(), words, code, says);
+    let bench = "sim --robot @/robots/bench-linear.toml";
+    bad(&format!("{bench} --view w.html"), 1, &["bench-linear", "no body", "--view"]);
+    bad(&format!("{bench} --alpha 60"), 1, &["no body", "--alpha"]);
+    bad("sim --robot @/robot.toml --view none/w.html", 1, &["--view none/w.html", "no directory none"]);
+    std::fs::create_dir(directory.path().join("pages")).unwrap();
+    bad("sim --robot @/robot.toml --view pages", 1, &["pages", "a directory"]);
+    bad("sim --robot @/robot.toml --bench --view w.html", 2, &["--bench", "--view"]);
+    bad("sim --robot @/robot.toml --alpha sixty", 2, &["--alpha", "360"]);
+    bad("sim --robot @/robot.toml --alpha 400", 2, &["--alpha", "360"]);
+    robot(directory.path(), "rolled.toml", "[backbone]\nroll_deg = [0.0, 30.0, 90.0]\n");
+    for words in ["sim --robot rolled.toml", "export mjcf --robot rolled.toml"] {
+        bad(&format!("{words} --alpha 60"), 1, &["backbone.roll_deg", "--alpha"]);
+    }
+    robot(directory.path(), "short.toml", "[backbone]\nroll_deg = [0.0, 30.0]\n");
+    bad("sim --robot short.toml", 1, &["backbone.roll_deg", "3 backbones", "2 angles"]);
+}
+
+#[test]
+fn a_run_that_blows_up_is_an_error_and_leaves_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    // Backbones that carry nothing.
+    let quantity = |axis: &str, unit: &str, value: f64| {
+        format!("{axis}_{unit} = {{ value = {value}, low = {value}, high = 1.0, source = \"test\" }}\n")
+    };
+    let limp = |axis| quantity(axis, "nm_per_rad", 0.00001) + &quantity(axis, "nm_s_per_rad", 0.000001);
+    let text = ["soft", "stiff", "torsion"].map(limp).concat();
+    robot(directory.path(), "limp.toml", &format!("[backbone]\n{text}"));
+    let says = ["the run blew up: at 0.", "has a joint at", "too soft to carry the robot"];
+    fails(directory.path(), "sim --robot limp.toml --seconds 0.3", 1, &says);
+}

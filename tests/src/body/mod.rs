@@ -1,0 +1,104 @@
+//! The figures on the body that the project promises: beside MuJoCo, beside its own limit of small steps, and against the
+//! clock. `body_figures` (the binary) prints them all; `tests/tests/body_small.rs` runs what is quick.
+
+pub mod bits;
+pub mod convergence;
+pub mod equal_error;
+pub mod instructions;
+pub mod judge;
+pub mod mirror;
+pub mod oscillation;
+pub mod paths;
+pub mod peer;
+pub mod rate;
+pub mod reference;
+pub mod scaling;
+pub mod stopwatch;
+pub mod sweep;
+pub mod walking;
+
+use std::path::PathBuf;
+
+use description::Robot;
+
+pub use crate::row::Row;
+use peer::{Peer, PeerError};
+
+/// What the campaigns run on.
+#[derive(Debug)]
+pub struct Bench {
+    /// The default robot.
+    pub robot: Robot,
+    /// MuJoCo, or why it is not there.
+    pub peer: Result<Peer, PeerError>,
+    /// Where plots and MuJoCo's converged runs are kept.
+    pub out: PathBuf,
+}
+
+impl Bench {
+    /// The project's `robot.toml`.
+    ///
+    /// # Panics
+    /// When the file is not there: there is nothing to measure then.
+    #[must_use]
+    pub fn new(out: PathBuf) -> Self {
+        let robot = Robot::load(&peer::root().join("robot.toml")).unwrap_or_else(|error| panic!("{error}"));
+        // MuJoCo's scripts run elsewhere.
+        let out = std::path::absolute(&out).unwrap_or(out);
+        Self { robot, peer: Peer::find(), out }
+    }
+}
+
+/// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
+pub const SLOW: [&str; 4] = ["rate", "equal-error", "sweep", "instructions"];
+
+/// Rows that are known not to hold, by what they try. `--quick` prints them without judging them, so that it can tell a
+/// new failure from this one.
+pub const KNOWN_TO_MISS: [&str; 1] = [walking::DIFFERENCE];
+
+/// A row as `--quick` has it.
+#[must_use]
+pub fn without_known(row: Row) -> Row {
+    if row.holds != Some(false) || !KNOWN_TO_MISS.contains(&row.what.as_str()) {
+        return row;
+    }
+    Row { measured: format!("{}. Known not to hold, and not judged by --quick", row.measured), holds: None, ..row }
+}
+
+/// One campaign: its name, and what makes its rows.
+pub type Campaign = (&'static str, fn(&Bench) -> Vec<Row>);
+
+/// Every campaign.
+pub const CAMPAIGNS: [Campaign; 11] = [
+    ("oscillation", oscillation::rows),
+    ("paths", paths::rows),
+    ("speeds", walking::rows),
+    ("mirror", mirror::rows),
+    ("convergence", convergence::rows),
+    ("bits", bits::rows),
+    ("scaling", scaling::rows),
+    ("rate", rate::rows),
+    ("equal-error", equal_error::rows),
+    ("sweep", sweep::rows),
+    ("instructions", instructions::rows),
+];
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn quick_excuses_what_is_known_to_miss_and_nothing_else() {
+        let holds = |what: &str, holds| without_known(Row::new(what, "2 %", "3 %".into(), holds, json!(null))).holds;
+        assert_eq!(holds(KNOWN_TO_MISS[0], false), None);
+        assert_eq!(holds(KNOWN_TO_MISS[0], true), Some(true), "good news is told");
+        assert_eq!(holds("another", false), Some(false));
+    }
+
+    #[test]
+    fn what_is_slow_is_a_campaign() {
+        assert!(SLOW.iter().all(|slow| CAMPAIGNS.iter().any(|(name, _)| name == slow)));
+    }
+}

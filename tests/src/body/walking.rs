@@ -1,0 +1,100 @@
+//! The 24 speeds on the ground beside MuJoCo's, whose free joint is on module 2 and whose cones are elliptic.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use description::Robot;
+use scram::mjcf::Options;
+use serde::Deserialize;
+use serde_json::json;
+
+use super::Bench;
+use super::judge::{largest, percent, rms_over_largest, same_signs};
+use super::peer::{Peer, PeerError, not_compared};
+use super::reference::{ALPHAS_DEG, FREQUENCIES_HZ, at_step, conditions, plan, speeds};
+use crate::row::Row;
+
+/// Both steps, s.
+const STEP_S: f64 = 1e-4;
+/// What MuJoCo's own speeds change by when the free joint is on module 1 instead of 2.
+const MOST: [f64; 3] = [0.16, 0.07, 0.10];
+/// Smaller speeds, as shares of the largest, may have any sign.
+const SMALL: f64 = 0.15;
+/// What the row of the differences tries.
+pub const DIFFERENCE: &str = "24 speeds on the ground against MuJoCo: RMS difference over the largest, vx/vy/yaw";
+/// Where all speeds are written to.
+pub const FILE: &str = "mujoco-speeds.csv";
+
+/// What the script prints.
+#[derive(Deserialize)]
+struct Printed {
+    speeds: Vec<[f64; 3]>,
+}
+
+/// The rows.
+#[must_use]
+pub fn rows(bench: &Bench) -> Vec<Row> {
+    let whats = [
+        "24 speeds on the ground against MuJoCo (root module 2, elliptic): signs, where above 15 % of the largest",
+        DIFFERENCE,
+    ];
+    let required = ["22 of 24", "16/7/10 %"];
+    let theirs = match bench.peer.as_ref().map(|peer| simulated(peer, &bench.robot)) {
+        Ok(Ok(theirs)) => theirs,
+        Ok(Err(why)) => {
+            return vec![not_compared(whats[0], required[0], &why), not_compared(whats[1], required[1], &why)];
+        }
+        Err(why) => return vec![not_compared(whats[0], required[0], why), not_compared(whats[1], required[1], why)],
+    };
+    let ours = speeds(&bench.robot, &conditions(), at_step(STEP_S), 2);
+    let path = bench.out.join(FILE);
+    let written = std::fs::create_dir_all(&bench.out).and_then(|()| std::fs::write(&path, table(&ours, &theirs)));
+    let told = written.map_or_else(|error| error.to_string(), |()| format!("all in {}", path.display()));
+    let (signs, off) = (same_signs(&ours, &theirs, SMALL), rms_over_largest(&ours, &theirs));
+    let [x, y, yaw] = largest(&theirs);
+    let numbers = json!({ "ours": ours, "mujoco": theirs });
+    vec![
+        Row::new(whats[0], required[0], format!("{signs} of {}; {told}", theirs.len()), signs >= 22, numbers),
+        Row::new(
+            whats[1],
+            required[1],
+            format!(
+                "{}; its largest {:.1} mm/s, {:.1} mm/s, {:.1} °/s",
+                percent(off),
+                1e3 * x,
+                1e3 * y,
+                yaw.to_degrees()
+            ),
+            off.iter().zip(MOST).all(|(off, most)| *off <= most),
+            json!({ "rms_over_largest": off }),
+        ),
+    ]
+}
+
+/// Models of all angles, with the free joint on module 2.
+#[must_use]
+pub fn models(peer: &Peer, robot: &Robot) -> Vec<PathBuf> {
+    let export = |alpha: &f64| peer.export(&format!("alpha{alpha}"), &plan(robot, *alpha), &Options::default());
+    ALPHAS_DEG.iter().map(export).collect()
+}
+
+fn simulated(peer: &Peer, robot: &Robot) -> Result<Vec<[f64; 3]>, PeerError> {
+    let words = [Peer::frequencies(&FREQUENCIES_HZ), format!("--step={STEP_S}")];
+    peer.run("speeds.py", &words, &models(peer, robot)).map(|printed: Printed| printed.speeds)
+}
+
+/// All speeds side by side.
+fn table(ours: &[[f64; 3]], theirs: &[[f64; 3]]) -> String {
+    let mut text = String::from(
+        "alpha_deg,f_counter_clockwise_hz,vx_mm_per_s,vy_mm_per_s,yaw_deg_per_s,\
+         mujoco_vx_mm_per_s,mujoco_vy_mm_per_s,mujoco_yaw_deg_per_s\n",
+    );
+    for (at, (a, b)) in conditions().iter().zip(ours.iter().zip(theirs)) {
+        let _ = write!(text, "{},{}", at.alpha_deg, at.frequency_hz);
+        for [x, y, yaw] in [a, b] {
+            let _ = write!(text, ",{:.3},{:.3},{:.3}", 1e3 * x, 1e3 * y, yaw.to_degrees());
+        }
+        text.push('\n');
+    }
+    text
+}
