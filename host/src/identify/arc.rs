@@ -177,7 +177,7 @@ impl ZeroSource {
 pub(super) struct Zero {
     /// Angle of the gap's middle, rad.
     pub angle: f64,
-    /// Standard uncertainty, rad.
+    /// Standard uncertainty in the frame of the ramp, rad.
     pub uncertainty: f64,
     pub source: ZeroSource,
 }

@@ -103,6 +103,8 @@ pub(super) fn summarise(
     let bins = residual_bins(&inside, &curve, &ramp, fit.sigma);
     let before = before_error(converter, track, &curve, reliable);
     let after = after_rms(&bins, fit);
+    // The phase in which the gap's edges were seen hangs on the curve, and is as wrong as that.
+    let zero_uncertainty = zero.uncertainty.hypot(after);
     let (slowest, fastest) = ramp.speed_range();
     let speed = ramp.speed(ramp.center);
     let degrees = |values: &[f64]| values.iter().map(|v| v.to_degrees()).collect::<Vec<f64>>();
@@ -123,7 +125,7 @@ pub(super) fn summarise(
                 ZeroSource::Gap(_) => "the gap's edges",
                 ZeroSource::NominalLine => "the nominal line",
             },
-            zero.uncertainty.to_degrees(),
+            zero_uncertainty.to_degrees(),
         ),
     };
     PotentiometerFit {
@@ -140,7 +142,7 @@ pub(super) fn summarise(
         after_rms_deg: after.to_degrees(),
         after_peak_deg: bins.iter().map(|b| b.after_deg.abs()).fold(0.0, f64::max),
         zero_shift_deg: wrap(offset - zero.angle).to_degrees(),
-        zero_uncertainty_deg: zero.uncertainty.to_degrees(),
+        zero_uncertainty_deg: zero_uncertainty.to_degrees(),
         zero_source: zero.source,
         ripple_deg_per_mnm: ripple_deg_per_mnm(robot, speed),
         bins,

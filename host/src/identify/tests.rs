@@ -80,7 +80,7 @@ fn left_over(robot: &Robot, correction: &robot::Correction, seed: u64, duty: f32
 fn one_run_leaves_a_tenth_of_a_degree_of_three() {
     let robot = robot();
     let (mut squares, mut zeros, mut within, mut worst) = (0.0, 0.0, 0, 0.0_f64);
-    let (mut before, mut peaks, mut said) = (0.0, 0.0_f64, 0.0);
+    let (mut before, mut peaks, mut said, mut zeros_said) = (0.0, 0.0_f64, 0.0, 0.0);
     let seeds = 100;
     for seed in 0..seeds {
         let duty = if seed % 2 == 0 { 1.0 } else { -1.0 };
@@ -90,6 +90,7 @@ fn one_run_leaves_a_tenth_of_a_degree_of_three() {
         assert!(matches!(fit.zero_source, ZeroSource::Gap(_)), "seed {seed}: {:?}", fit.zero_source);
         squares += rms * rms;
         said += fit.after_rms_deg.powi(2);
+        zeros_said += fit.zero_uncertainty_deg.powi(2);
         zeros += mean * mean;
         before += fit.before_rms_deg.powi(2);
         within += usize::from(rms <= 0.1);
@@ -99,16 +100,19 @@ fn one_run_leaves_a_tenth_of_a_degree_of_three() {
     let pooled = |sum: f64| (sum / seeds as f64).sqrt();
     println!(
         "before {:.2}° RMS; left {:.3}° RMS (fits say {:.3}), {within} of {seeds} runs within 0.1°, worst {worst:.3}°, \
-         peak {peaks:.2}°; zero {:.3}° RMS",
+         peak {peaks:.2}°; zero {:.3}° RMS (fits say {:.3})",
         pooled(before),
         pooled(squares),
         pooled(said),
-        pooled(zeros)
+        pooled(zeros),
+        pooled(zeros_said)
     );
     assert!(pooled(squares) <= 0.1 && within >= 75 && worst < 0.25, "too much is left");
     assert!(pooled(zeros) <= 0.2, "zero is off by {:.2}° RMS", pooled(zeros));
     let honest = pooled(said) / pooled(squares);
     assert!((0.7..1.5).contains(&honest), "the fits say {honest:.2} times what is left");
+    let honest = pooled(zeros_said) / pooled(zeros);
+    assert!((0.7..1.5).contains(&honest), "the fits say {honest:.2} times how far the zero is off");
 }
 
 #[test]
