@@ -37,3 +37,8 @@ fn the_other_way_round_it_walks_its_mirror_image() {
 fn clones_and_threads_change_no_bit() {
     assert_holds("bits");
 }
+
+#[test]
+fn the_motor_reaches_on_the_ground_what_the_thesis_says() {
+    assert_holds("highest");
+}

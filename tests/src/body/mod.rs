@@ -4,6 +4,7 @@
 pub mod bits;
 pub mod convergence;
 pub mod equal_error;
+pub mod highest;
 pub mod instructions;
 pub mod judge;
 pub mod mirror;
@@ -69,11 +70,12 @@ pub fn without_known(row: Row) -> Row {
 pub type Campaign = (&'static str, fn(&Bench) -> Vec<Row>);
 
 /// Every campaign.
-pub const CAMPAIGNS: [Campaign; 11] = [
+pub const CAMPAIGNS: [Campaign; 12] = [
     ("oscillation", oscillation::rows),
     ("paths", paths::rows),
     ("speeds", walking::rows),
     ("mirror", mirror::rows),
+    ("highest", highest::rows),
     ("convergence", convergence::rows),
     ("bits", bits::rows),
     ("scaling", scaling::rows),
