@@ -85,6 +85,12 @@ impl<L: Lanes> Vec3<L> {
         self.0[0].fma(b.0[0], self.0[1].fma(b.0[1], self.0[2] * b.0[2]))
     }
 
+    /// `to − self·b`.
+    #[inline(always)]
+    pub fn dot_from(self, b: Self, to: L) -> L {
+        (-self.0[2]).fma(b.0[2], (-self.0[1]).fma(b.0[1], (-self.0[0]).fma(b.0[0], to)))
+    }
+
     /// Vector product.
     #[inline(always)]
     pub fn cross(self, b: Self) -> Self {
@@ -102,6 +108,14 @@ impl<L: Lanes> Vec3<L> {
             ax.fma(by, (-ay).fma(bx, to.0[2])),
         ])
     }
+
+    /// `to` and entry `i` of `self × a` and entry `j` of `self × b`.
+    #[inline(always)]
+    pub fn cross_entries_add(self, (a, i): (Self, usize), (b, j): (Self, usize), to: L) -> L {
+        let [i1, i2, j1, j2] = [(i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3];
+        let to = self.0[i1].fma(a.0[i2], (-self.0[i2]).fma(a.0[i1], to));
+        self.0[j1].fma(b.0[j2], (-self.0[j2]).fma(b.0[j1], to))
+    }
 }
 
 impl<L: Lanes> Mat3<L> {
@@ -115,6 +129,12 @@ impl<L: Lanes> Mat3<L> {
     #[inline(always)]
     pub fn transposed_times(&self, v: Vec3<L>) -> Vec3<L> {
         Vec3([self.0[0].dot(v), self.0[1].dot(v), self.0[2].dot(v)])
+    }
+
+    /// `selfᵀ·b`.
+    #[inline(always)]
+    pub fn transposed_times_matrix(&self, b: &Self) -> Self {
+        Self([self.transposed_times(b.0[0]), self.transposed_times(b.0[1]), self.transposed_times(b.0[2])])
     }
 
     /// `self·b`.
@@ -173,16 +193,10 @@ impl<L: Lanes> Mat3<L> {
         Self([a.fma(b.0[0], self.0[0]), a.fma(b.0[1], self.0[1]), a.fma(b.0[2], self.0[2])])
     }
 
-    /// `scale·self + b`.
+    /// `v × column + to`, column by column.
     #[inline(always)]
-    pub fn fma(self, scale: L, b: Self) -> Self {
-        Self([self.0[0].fma(scale, b.0[0]), self.0[1].fma(scale, b.0[1]), self.0[2].fma(scale, b.0[2])])
-    }
-
-    /// `v × column`, column by column.
-    #[inline(always)]
-    pub fn crossed_by(&self, v: Vec3<L>) -> Self {
-        Self([v.cross(self.0[0]), v.cross(self.0[1]), v.cross(self.0[2])])
+    pub fn crossed_by_and(&self, v: Vec3<L>, to: &Self) -> Self {
+        Self([v.cross_add(self.0[0], to.0[0]), v.cross_add(self.0[1], to.0[1]), v.cross_add(self.0[2], to.0[2])])
     }
 
     /// The neighbours' matrix: even and odd lanes change places.
@@ -270,6 +284,20 @@ impl<L: Lanes> Sym3<L> {
         self.columns().times_matrix(b)
     }
 
+    /// `self − aᵀ·b` where that is known to be symmetric.
+    #[inline(always)]
+    pub fn minus_transposed_times(self, a: &Mat3<L>, b: &Mat3<L>) -> Self {
+        let ([xx, yy, zz, xy, xz, yz], [a0, a1, a2], [b0, b1, b2]) = (self.0, a.0, b.0);
+        Self([
+            a0.dot_from(b0, xx),
+            a1.dot_from(b1, yy),
+            a2.dot_from(b2, zz),
+            a0.dot_from(b1, xy),
+            a0.dot_from(b2, xz),
+            a1.dot_from(b2, yz),
+        ])
+    }
+
     /// `self + scale·v·vᵀ`.
     #[inline(always)]
     pub fn add_outer(self, scale: L, v: Vec3<L>) -> Self {
@@ -307,6 +335,35 @@ impl<L: Lanes> Sym3<L> {
         ])
     }
 
+    /// `self + a [v]×ᵀ + [v]× bᵀ` where that is known to be symmetric.
+    #[inline(always)]
+    pub fn add_crossed(self, v: Vec3<L>, a: &Mat3<L>, b: &Mat3<L>) -> Self {
+        let [xx, yy, zz, xy, xz, yz] = self.0;
+        Self([
+            v.cross_entries_add((a.row(0), 0), (b.row(0), 0), xx),
+            v.cross_entries_add((a.row(1), 1), (b.row(1), 1), yy),
+            v.cross_entries_add((a.row(2), 2), (b.row(2), 2), zz),
+            v.cross_entries_add((a.row(0), 1), (b.row(1), 0), xy),
+            v.cross_entries_add((a.row(0), 2), (b.row(2), 0), xz),
+            v.cross_entries_add((a.row(1), 2), (b.row(2), 1), yz),
+        ])
+    }
+
+    /// Cholesky's factors without roots: the pivots are quotients of the leading minors, so that no division waits for
+    /// another.
+    #[inline(always)]
+    pub fn factors(&self, one: L) -> Factors<L> {
+        let [xx, yy, zz, xy, xz, yz] = self.0;
+        let minor = xx.fma(yy, -(xy * xy));
+        let (cxz, cyz) = (xy.fma(yz, -(xz * yy)), xy.fma(xz, -(xx * yz)));
+        let determinant = xz.fma(cxz, yz.fma(cyz, zz * minor));
+        let (over_xx, over_minor) = (one / xx, one / minor);
+        Factors {
+            below: Vec3([-xy * over_xx, cxz * over_minor, cyz * over_minor]),
+            weights: Vec3([over_xx, xx * over_minor, minor / determinant]),
+        }
+    }
+
     /// The inverse, by cofactors.
     #[inline(always)]
     pub fn inverse(&self, one: L) -> Self {
@@ -319,5 +376,49 @@ impl<L: Lanes> Sym3<L> {
         let cyz = xy.fma(xz, -(xx * yz));
         let scale = one / xx.fma(cxx, xy.fma(cxy, xz * cxz));
         Self([cxx * scale, cyy * scale, czz * scale, cxy * scale, cxz * scale, cyz * scale])
+    }
+}
+
+/// Of a symmetric positive matrix `A = L D Lᵀ`, L having ones in its diagonal: `A⁻¹ = Vᵀ W V` with `V = L⁻¹`, `W = D⁻¹`.
+#[derive(Clone, Copy)]
+pub struct Factors<L> {
+    /// V below its diagonal of ones: yx, zx, zy.
+    pub below: Vec3<L>,
+    /// The diagonal of W.
+    pub weights: Vec3<L>,
+}
+
+impl<L: Lanes> Factors<L> {
+    /// `V·v`.
+    #[inline(always)]
+    pub fn times(&self, v: Vec3<L>) -> Vec3<L> {
+        let ([x, y, z], [yx, zx, zy]) = (v.0, self.below.0);
+        Vec3([x, yx.fma(x, y), zy.fma(y, zx.fma(x, z))])
+    }
+
+    /// `V·b`.
+    #[inline(always)]
+    pub fn times_matrix(&self, b: &Mat3<L>) -> Mat3<L> {
+        Mat3([self.times(b.0[0]), self.times(b.0[1]), self.times(b.0[2])])
+    }
+
+    /// `W·v`.
+    #[inline(always)]
+    pub fn weighted(&self, v: Vec3<L>) -> Vec3<L> {
+        let ([x, y, z], [a, b, c]) = (v.0, self.weights.0);
+        Vec3([a * x, b * y, c * z])
+    }
+
+    /// `W·b`.
+    #[inline(always)]
+    pub fn weighted_matrix(&self, b: &Mat3<L>) -> Mat3<L> {
+        Mat3([self.weighted(b.0[0]), self.weighted(b.0[1]), self.weighted(b.0[2])])
+    }
+
+    /// `Vᵀ·v`, of V what is below its diagonal.
+    #[inline(always)]
+    pub fn transposed_times(below: Vec3<L>, v: Vec3<L>) -> Vec3<L> {
+        let ([x, y, z], [yx, zx, zy]) = (v.0, below.0);
+        Vec3([yx.fma(y, zx.fma(z, x)), zy.fma(z, y), z])
     }
 }

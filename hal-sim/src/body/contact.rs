@@ -57,8 +57,8 @@ pub fn touch<L: Lanes>(
     special: Option<&[Option<Contact>]>,
     motion: &Motion<L>,
     half_step: L,
-    state: &mut FootState<L::Store>,
-) -> Touch<L::Store> {
+    (state, touch): (&mut FootState<L::Store>, &mut Touch<L::Store>),
+) {
     let load = |store: &L::Store| L::load(token, store);
     let (zero, one) = (L::splat(token, 0.0), L::splat(token, 1.0));
     let there = load(&row.there);
@@ -128,14 +128,13 @@ pub fn touch<L: Lanes>(
     let acceleration = motion.spin.cross_add(spun, motion.spin_rate.cross_add(arm, motion.acceleration));
     let ahead = acceleration - Vec3::load(token, &state.acceleration);
     let damped = normal.fma(excess * ahead.dot(normal), ahead.scale(grip));
-    Touch {
-        arm: arm.store(),
-        normal: normal.store(),
-        grip: grip.store(),
-        excess: excess.store(),
-        acceleration: acceleration.store(),
-        force: (force - damped).store(),
-    }
+    // Field by field: as a whole it would be made beside its place, and copied.
+    touch.arm = arm.store();
+    touch.normal = normal.store();
+    touch.grip = grip.store();
+    touch.excess = excess.store();
+    touch.acceleration = acceleration.store();
+    touch.force = (force - damped).store();
 }
 
 impl<T: Store> Touch<T> {

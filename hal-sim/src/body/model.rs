@@ -52,7 +52,7 @@ pub struct LinkRow<T> {
     pub moved: Vec3s<T>,
     /// xx, yy, zz, xy, xz, yz about the origin, kg·m².
     pub inertia: [T; 6],
-    /// A segment without a module, in its own frame: `inertia` is diagonal and the centre not off along the second axis. By
+    /// A segment without a module, in its own frame: `inertia` is diagonal and the centre halfway to the next hinges. By
     /// kind and not by value: by value, what a body does would depend on those beside it.
     pub aligned: bool,
     /// m.

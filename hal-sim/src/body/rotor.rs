@@ -131,7 +131,7 @@ impl<L: Lanes> Joined<L> {
         // What spins in the gearmotor takes its torque from the module.
         let inside = turning.scale(load(&told.spin_inertia));
         let inside_rate = axis.scale(given * load(&told.spin_inertia));
-        let mut on_link = rotor.shifted(pivot, L::splat(token, 0.5));
+        let mut on_link = rotor.shifted(pivot);
         on_link.torque = on_link.torque + motion.spin.cross_add(inside, inside_rate);
         let gear = axis.scale(load(&told.spin_inertia));
         let geared = gear.dot(motion.spin_rate);

@@ -11,6 +11,7 @@
 //! (columns) and rates q̇ bears the torque `t − C·x`, `x` being the relative spin rate: `t = E⁻ᵀ(−K q − D q̇)`, and
 //! `C = E⁻ᵀ h D E⁻¹` what the damping gains over the step. With `X = (J + C)⁻¹` the inner
 //! link sees `J' = C − C X C`, `H' = C X H`, `M' = M − Hᵀ X H`: where C is small against J, as at the modules, nothing cancels.
+//! X itself is not needed, but `X = Vᵀ W V` by Cholesky: `C X C = (V C)ᵀ W (V C)`, and so on.
 //!
 //! In time, the leapfrog: positions drift for half a step, forces act in the middle, positions drift on. Springs and
 //! gravity see the middle's position, and what depends on velocity sees the velocity extrapolated to the middle by the last
@@ -20,10 +21,10 @@
 
 use fearless_simd::Simd;
 
-use super::algebra::{Mat3, Sym3, Vec3};
+use super::algebra::{Factors, Mat3, Sym3, Vec3};
 use super::contact::{Motion, Touch, touch};
 use super::lanes::{Kind, Lanes, Store, cos_sin};
-use super::model::{HingeState, LinkRow, Model, State};
+use super::model::{FootState, HingeState, LinkRow, Model, State};
 use super::rotor::{Joined, RotorStep};
 
 /// What the passes hand on, depth by depth.
@@ -48,11 +49,13 @@ struct Handed<T> {
     needs: [[T; 3]; 2],
     /// t.
     spring: [T; 3],
-    /// X (t − n).
+    /// V below its diagonal of ones.
+    below: [T; 3],
+    /// W V (t − n).
     response: [T; 3],
-    /// X C.
+    /// W V C.
     damped: [[T; 3]; 3],
-    /// X H.
+    /// W V H.
     coupled: [[T; 3]; 3],
 }
 
@@ -67,6 +70,7 @@ impl<K: Kind> Scratch<K> {
             moved: [zero; 3],
             needs: [[zero; 3]; 2],
             spring: [zero; 3],
+            below: [zero; 3],
             response: [zero; 3],
             damped: [[zero; 3]; 3],
             coupled: [[zero; 3]; 3],
@@ -108,15 +112,12 @@ impl<L: Lanes> Articulated<L> {
 
     /// The same seen from a point from which its origin is at `r`.
     #[inline(always)]
-    pub fn shifted(self, r: Vec3<L>, half: L) -> Self {
-        let lever = self.mass.columns().crossed_by(r);
-        // J + A + Aᵀ with A = [r]× (H + ½ [r]× M)ᵀ.
-        let a = lever.fma(half, self.coupling).transposed().crossed_by(r);
-        let [a0, a1, a2] = [a.0[0].0, a.0[1].0, a.0[2].0];
-        let both = Sym3([a0[0] + a0[0], a1[1] + a1[1], a2[2] + a2[2], a0[1] + a1[0], a0[2] + a2[0], a1[2] + a2[1]]);
+    pub fn shifted(self, r: Vec3<L>) -> Self {
+        // H + [r]×M, and J + H [r]×ᵀ + [r]× (H + [r]×M)ᵀ.
+        let coupling = self.mass.columns().crossed_by_and(r, &self.coupling);
         Self {
-            moment: self.moment + both,
-            coupling: self.coupling + lever,
+            moment: self.moment.add_crossed(r, &self.coupling, &coupling),
+            coupling,
             mass: self.mass,
             torque: r.cross_add(self.force, self.torque),
             force: self.force,
@@ -261,24 +262,48 @@ fn outwards<K: Kind, S: Simd>(
     if model.has_rotor && model.rotor_depth.is_none() {
         joined = Joined::new(simd, &model.rotor, rotor, &base);
     }
+    let mut next = Point::carried(&base, base.axes.times(Vec3::load(simd, &model.base.next)));
     // Each lane takes half of the base's own needs: both lanes' are added later.
-    let mut needs = own_needs(simd, &model.base, &base, K::Lanes::<S>::splat(simd, 0.5));
+    let mut needs = own_needs(simd, &model.base, &base, &next).articulated(simd, K::Lanes::<S>::splat(simd, 0.5));
     stand::<K, S>(simd, model, &model.base, &base, state, scratch, half_step);
     if let Some(set) = model.base.feet {
         add_touches(simd, &scratch.touches[set], &mut needs);
     }
     let mut inner = base;
-    let mut from = inner.axes.times(Vec3::load(simd, &model.base.next));
     for (depth, index) in model.arm.iter().enumerate() {
         let link = &model.links[*index];
-        inner = beyond(simd, link, &inner, from, &mut state.hinges[depth], &mut scratch.links[depth], half_step);
+        let handed = &mut scratch.links[depth];
+        (inner, next) = beyond(simd, link, &inner, &next, &mut state.hinges[depth], handed, half_step);
         stand::<K, S>(simd, model, link, &inner, state, scratch, half_step);
         if model.has_rotor && model.rotor_depth == Some(depth) {
             joined = Joined::new(simd, &model.rotor, rotor, &inner);
         }
-        from = along(simd, link, &inner.axes);
     }
     Outward { needs, joined }
+}
+
+/// Where the next hinges are on a link, and how they move.
+#[derive(Clone, Copy)]
+struct Point<L> {
+    /// From the link's origin, m.
+    from: Vec3<L>,
+    /// m/s.
+    velocity: Vec3<L>,
+    /// Without what is to be found, m/s².
+    acceleration: Vec3<L>,
+}
+
+impl<L: Lanes> Point<L> {
+    /// A point of a link that moves so.
+    #[inline(always)]
+    fn carried(motion: &Motion<L>, from: Vec3<L>) -> Self {
+        let spun = motion.spin.cross(from);
+        Self {
+            from,
+            velocity: motion.velocity + spun,
+            acceleration: motion.spin.cross_add(spun, motion.spin_rate.cross_add(from, motion.acceleration)),
+        }
+    }
 }
 
 /// From a link's hinges to the next ones: along its first axis or its third, never its second.
@@ -288,64 +313,70 @@ fn along<L: Lanes>(token: L::Token, link: &LinkRow<L::Store>, axes: &Mat3<L>) ->
     axes.0[0].fma(first, axes.0[2].scale(third))
 }
 
-/// What a link's own mass needs to move as it does, about its origin, times `share`.
-#[inline(always)]
-fn own_needs<L: Lanes>(token: L::Token, link: &LinkRow<L::Store>, motion: &Motion<L>, share: L) -> Articulated<L> {
-    let (moment, mass, moved) = inertia(token, link, &motion.axes);
-    let (torque, force) = newton_euler(&moment, mass, moved, motion);
-    let nothing = Articulated::nothing(L::splat(token, 0.0));
-    Articulated {
-        moment: moment.scale(share),
-        coupling: nothing.coupling.plus_cross(moved.scale(share)),
-        mass: nothing.mass.add_diagonal(mass * share),
-        torque: torque.scale(share),
-        force: force.scale(share),
+/// A rigid link about its origin, in the world's axes: its inertia, and what it needs to move as it does.
+struct Own<L> {
+    moment: Sym3<L>,
+    mass: L,
+    /// Mass times centre, kg·m.
+    moved: Vec3<L>,
+    torque: Vec3<L>,
+    force: Vec3<L>,
+}
+
+impl<L: Lanes> Own<L> {
+    /// `share` of it.
+    #[inline(always)]
+    fn articulated(self, token: L::Token, share: L) -> Articulated<L> {
+        let nothing = Articulated::nothing(L::splat(token, 0.0));
+        Articulated {
+            moment: self.moment.scale(share),
+            coupling: nothing.coupling.plus_cross(self.moved.scale(share)),
+            mass: nothing.mass.add_diagonal(self.mass * share),
+            torque: self.torque.scale(share),
+            force: self.force.scale(share),
+        }
     }
 }
 
-/// A link's inertia about its origin in the world's axes, its mass, and its mass times its centre from there.
+/// Newton and Euler of a link's own mass.
 #[inline(always)]
-fn inertia<L: Lanes>(token: L::Token, link: &LinkRow<L::Store>, axes: &Mat3<L>) -> (Sym3<L>, L, Vec3<L>) {
-    let own = Sym3::<L>::load(token, &link.inertia);
-    let [first, second, third] = axes.0;
-    let world = if link.aligned {
+fn own_needs<L: Lanes>(token: L::Token, link: &LinkRow<L::Store>, motion: &Motion<L>, next: &Point<L>) -> Own<L> {
+    let inertia = Sym3::<L>::load(token, &link.inertia);
+    let mass = L::load(token, &link.mass);
+    let (moment, moved, force);
+    if link.aligned {
         // R diag(a, b, c) Rᵀ = b·1 + (a − b)·e₁e₁ᵀ + (c − b)·e₃e₃ᵀ.
-        let [a, b, c, ..] = own.0;
+        let [a, b, c, ..] = inertia.0;
+        let [first, _, third] = motion.axes.0;
         let round = Sym3::splat(L::splat(token, 0.0)).add_diagonal(b);
-        round.add_outer(a - b, first).add_outer(c - b, third)
+        moment = round.add_outer(a - b, first).add_outer(c - b, third);
+        // The centre is in the middle between two triples of hinges, and so is its acceleration.
+        let half_mass = mass * L::splat(token, 0.5);
+        moved = next.from.scale(half_mass);
+        force = (motion.acceleration + next.acceleration).scale(half_mass);
     } else {
-        let turned = axes.times_matrix(&own.columns());
-        turned.transposed().transposed_times_symmetric(&axes.transposed())
-    };
-    let moved = Vec3::<L>::load(token, &link.moved).0;
-    let moved = first.fma(moved[0], third.scale(moved[2]));
-    let moved = if link.aligned { moved } else { second.fma(L::load(token, &link.moved[1]), moved) };
-    (world, L::load(token, &link.mass), moved)
-}
-
-/// Newton and Euler: torque about the origin and force for a motion.
-#[inline(always)]
-fn newton_euler<L: Lanes>(moment: &Sym3<L>, mass: L, moved: Vec3<L>, motion: &Motion<L>) -> (Vec3<L>, Vec3<L>) {
-    let spun = motion.spin.cross(moved);
-    let linear = motion.spin_rate.cross_add(moved, motion.acceleration.scale(mass));
-    let force = motion.spin.cross_add(spun, linear);
+        let turned = motion.axes.times_matrix(&inertia.columns());
+        moment = turned.transposed().transposed_times_symmetric(&motion.axes.transposed());
+        moved = motion.axes.times(Vec3::load(token, &link.moved));
+        let linear = motion.spin_rate.cross_add(moved, motion.acceleration.scale(mass));
+        force = motion.spin.cross_add(motion.spin.cross(moved), linear);
+    }
     let angular = moved.cross_add(motion.acceleration, moment.times(motion.spin_rate));
     let torque = motion.spin.cross_add(moment.times(motion.spin), angular);
-    (torque, force)
+    Own { moment, mass, moved, torque, force }
 }
 
-/// The link beyond a triple of hinges: its motion, and what the later passes need.
+/// The link beyond a triple of hinges: its motion and its next hinges', and what the later passes need.
 #[inline(always)]
 fn beyond<L: Lanes>(
     token: L::Token,
     link: &LinkRow<L::Store>,
     inner: &Motion<L>,
-    from: Vec3<L>,
+    hinges: &Point<L>,
     hinge: &mut HingeState<L::Store>,
     handed: &mut Handed<L::Store>,
     half_step: L,
-) -> Motion<L> {
-    let spun = inner.spin.cross(from);
+) -> (Motion<L>, Point<L>) {
     let start = match &link.turn {
         Some(turn) => inner.axes.times_matrix(&Mat3::load(token, turn)),
         None => inner.axes,
@@ -370,10 +401,10 @@ fn beyond<L: Lanes>(
     let gained = (inner.spin + first).cross_add(relative, second.cross(third));
     let motion = Motion {
         axes,
-        position: inner.position + from,
-        velocity: inner.velocity + spun,
+        position: inner.position + hinges.from,
+        velocity: hinges.velocity,
         spin: inner.spin + relative,
-        acceleration: inner.spin.cross_add(spun, inner.spin_rate.cross_add(from, inner.acceleration)),
+        acceleration: hinges.acceleration,
         spin_rate: inner.spin_rate + gained,
     };
 
@@ -386,15 +417,15 @@ fn beyond<L: Lanes>(
         -stiffness[1].fma(angle[1], damping[1] * late.0[1]),
         -stiffness[2].fma(angle[2], damping[2] * late.0[2]),
     ]);
-    let (moment, mass, moved) = inertia(token, link, &motion.axes);
-    let (need, force) = newton_euler(&moment, mass, moved, &motion);
+    let next = Point::carried(&motion, along(token, link, &motion.axes));
+    let own = own_needs(token, link, &motion, &next);
     handed.dual = dual.store();
-    handed.from = from.store();
-    handed.moment = moment.store();
-    handed.moved = moved.store();
-    handed.needs = [need.store(), force.store()];
+    handed.from = hinges.from.store();
+    handed.moment = own.moment.store();
+    handed.moved = own.moved.store();
+    handed.needs = [own.torque.store(), own.force.store()];
     handed.spring = dual.times(torque).store();
-    motion
+    (motion, next)
 }
 
 /// The feet of a link, if it has any.
@@ -410,14 +441,14 @@ fn stand<K: Kind, S: Simd>(
 ) {
     let Some(set) = link.feet else { return };
     for side in 0..2 {
-        scratch.touches[set][side] = touch::<K::Lanes<S>>(
+        touch::<K::Lanes<S>>(
             simd,
             (&model.feet[set], side),
             &model.contact,
             model.special.as_deref(),
             motion,
             half_step,
-            &mut state.feet[set][side],
+            (&mut state.feet[set][side], &mut scratch.touches[set][side]),
         );
     }
 }
@@ -426,6 +457,20 @@ fn stand<K: Kind, S: Simd>(
 fn add_touches<L: Lanes>(token: L::Token, touches: &[Touch<L::Store>; 2], to: &mut Articulated<L>) {
     for touch in touches {
         touch.add_to(token, (&mut to.moment, &mut to.coupling, &mut to.mass), (&mut to.torque, &mut to.force));
+    }
+}
+
+// A function, not a closure: what is not inlined is compiled without the instructions that the step was dispatched for.
+#[inline(always)]
+fn keep_touches<L: Lanes>(
+    token: L::Token,
+    touches: &[Touch<L::Store>; 2],
+    acceleration: Vec3<L>,
+    spin_rate: Vec3<L>,
+    feet: &mut [FootState<L::Store>; 2],
+) {
+    for (touch, foot) in touches.iter().zip(feet) {
+        touch.keep(token, acceleration, spin_rate, foot);
     }
 }
 
@@ -439,7 +484,7 @@ fn inwards<K: Kind, S: Simd>(
     joined: &Joined<K::Lanes<S>>,
     half_step: K::Lanes<S>,
 ) -> Articulated<K::Lanes<S>> {
-    let (zero, half) = (K::Lanes::<S>::splat(simd, 0.0), K::Lanes::<S>::splat(simd, 0.5));
+    let zero = K::Lanes::<S>::splat(simd, 0.0);
     let one = K::Lanes::<S>::splat(simd, 1.0);
     let mut outer = Articulated::nothing(zero);
     for (depth, index) in model.arm.iter().enumerate().rev() {
@@ -456,8 +501,8 @@ fn inwards<K: Kind, S: Simd>(
         if model.rotor_depth == Some(depth) {
             outer = outer.plus(joined.on_link);
         }
-        outer = seen_through(simd, outer, link, handed, half_step + half_step, one)
-            .shifted(Vec3::load(simd, &handed.from), half);
+        outer = seen_through(simd, outer, link, handed, half_step + half_step, one);
+        outer = outer.shifted(Vec3::load(simd, &handed.from));
     }
     let mut base = base.plus(outer);
     if model.rotor_depth.is_none() {
@@ -481,20 +526,21 @@ fn seen_through<L: Lanes>(
     let [x, y, z] = dual.0;
     let zero = Sym3::splat(L::splat(token, 0.0));
     let damping = zero.add_outer(damping[0], x).add_outer(damping[1], y).add_outer(damping[2], z);
-    let inverse = (outer.moment + damping).inverse(one);
+    let factors = (outer.moment + damping).factors(one);
     let spring = Vec3::load(token, &handed.spring);
-    let response = inverse.times(spring - outer.torque);
-    let damped = inverse.times_matrix(&damping.columns());
-    let coupled = inverse.times_matrix(&outer.coupling);
+    let response = factors.weighted(factors.times(spring - outer.torque));
+    let (damped, coupled) = (factors.times_matrix(&damping.columns()), factors.times_matrix(&outer.coupling));
+    let (damped_weighted, coupled_weighted) = (factors.weighted_matrix(&damped), factors.weighted_matrix(&coupled));
+    handed.below = factors.below.store();
     handed.response = response.store();
-    handed.damped = damped.store();
-    handed.coupled = coupled.store();
+    handed.damped = damped_weighted.store();
+    handed.coupled = coupled_weighted.store();
     Articulated {
-        moment: damping - damping.columns().transposed_times_symmetric(&damped),
-        coupling: damping.times_matrix(&coupled),
-        mass: outer.mass - outer.coupling.transposed_times_symmetric(&coupled),
-        torque: spring - damping.times(response),
-        force: outer.force + outer.coupling.transposed_times(response),
+        moment: damping.minus_transposed_times(&damped, &damped_weighted),
+        coupling: damped.transposed_times_matrix(&coupled_weighted),
+        mass: outer.mass.minus_transposed_times(&coupled, &coupled_weighted),
+        torque: spring - damped.transposed_times(response),
+        force: outer.force + coupled.transposed_times(response),
     }
 }
 
@@ -520,13 +566,9 @@ fn accelerate<K: Kind, S: Simd>(
         state.spin = spin_rate.fma(step, Vec3::load(simd, &state.spin)).store();
         state.acceleration = [acceleration.store(), spin_rate.store()];
     }
-    let mut keep = |link: &LinkRow<K::Store>, acceleration, spin_rate| {
-        let Some(set) = link.feet else { return };
-        for side in 0..2 {
-            scratch.touches[set][side].keep(simd, acceleration, spin_rate, &mut state.feet[set][side]);
-        }
-    };
-    keep(&model.base, acceleration, spin_rate);
+    if let Some(set) = model.base.feet {
+        keep_touches(simd, &scratch.touches[set], acceleration, spin_rate, &mut state.feet[set]);
+    }
     if model.has_rotor && model.rotor_depth.is_none() {
         joined.respond(simd, acceleration, spin_rate, rotor);
     }
@@ -535,7 +577,8 @@ fn accelerate<K: Kind, S: Simd>(
         acceleration = spin_rate.cross_add(Vec3::load(simd, &handed.from), acceleration);
         let damped = Mat3::<K::Lanes<S>>::load(simd, &handed.damped).times(spin_rate);
         let coupled = Mat3::<K::Lanes<S>>::load(simd, &handed.coupled).times(acceleration);
-        let outer = Vec3::<K::Lanes<S>>::load(simd, &handed.response) + damped - coupled;
+        let weighted = Vec3::<K::Lanes<S>>::load(simd, &handed.response) + damped - coupled;
+        let outer = Factors::transposed_times(Vec3::load(simd, &handed.below), weighted);
         let found = Mat3::load(simd, &handed.dual).transposed_times(outer - spin_rate);
         let hinge = &mut state.hinges[depth];
         hinge.acceleration = found.store();
@@ -543,7 +586,9 @@ fn accelerate<K: Kind, S: Simd>(
         hinge.rate = rate.store();
         hinge.angle = rate.fma(half_step, Vec3::load(simd, &hinge.angle)).store();
         spin_rate = outer;
-        keep(&model.links[*index], acceleration, spin_rate);
+        if let Some(set) = model.links[*index].feet {
+            keep_touches(simd, &scratch.touches[set], acceleration, spin_rate, &mut state.feet[set]);
+        }
         if model.has_rotor && model.rotor_depth == Some(depth) {
             joined.respond(simd, acceleration, spin_rate, rotor);
         }
