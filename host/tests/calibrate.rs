@@ -8,7 +8,8 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use common::{keys, robot, robot_file};
+use common::bench::keys;
+use common::{robot, robot_file};
 use control::State;
 use description::Robot;
 use hal_sim::Fault;

@@ -1,51 +1,12 @@
 //! The command as people and scripts use it: exit codes, messages, files.
 
+mod common;
+
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::path::Path;
 
-use assert_cmd::Command;
-use serde_json::Value;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Runs `scram` with words in a directory; `@/` stands for the project's root.
-fn scram(directory: &Path, words: &str) -> Output {
-    let place = |word: &str| word.replace("@/", &format!("{}/", root().display()));
-    let words: Vec<String> = words.split_whitespace().map(place).collect();
-    Command::cargo_bin("scram").unwrap().args(words).current_dir(directory).output().unwrap()
-}
-
-#[track_caller]
-fn succeeds(directory: &Path, words: &str) -> String {
-    let output = scram(directory, words);
-    assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The message of a command that must end with a code, having printed and written nothing.
-#[track_caller]
-fn fails(directory: &Path, words: &str, code: i32, says: &[&str]) {
-    let output = scram(directory, words);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{words}: {message}");
-    assert!(output.stdout.is_empty(), "{words} printed {}", String::from_utf8_lossy(&output.stdout));
-    for part in says {
-        assert!(message.contains(part), "{words}: `{message}` does not say `{part}`");
-    }
-    assert!(!directory.join("out").exists(), "{words} left something in out/");
-}
-
-fn temporary() -> tempfile::TempDir {
-    tempfile::tempdir().unwrap()
-}
-
-fn json(text: &str) -> Value {
-    assert_eq!(text.trim_end().lines().count(), 1, "one object on one line");
-    serde_json::from_str(text).unwrap()
-}
+use common::command::{command, fails, json, scram, succeeds, succeeds_saying, temporary};
+use common::root;
 
 #[test]
 fn sim_holds_seven_hertz_and_says_where_it_wrote() {
@@ -136,11 +97,12 @@ fn sim_oscillates_and_follows_a_script() {
 }
 
 #[test]
-fn a_plot_of_an_earlier_run_does_not_stay() {
+fn what_this_run_does_not_write_is_left_and_said() {
     let directory = temporary();
     succeeds(directory.path(), "sim --robot @/robot.toml");
-    succeeds(directory.path(), "sim --robot @/robot.toml --drive oscillate:-60..60");
-    assert!(!directory.path().join("out/phase.svg").exists());
+    let (_, message) = succeeds_saying(directory.path(), "sim --robot @/robot.toml --drive oscillate:-60..60");
+    assert!(message.contains("not of this run, but in out: phase.svg\n"), "{message}");
+    assert!(directory.path().join("out/phase.svg").exists(), "it may be somebody's own");
     assert!(directory.path().join("out/angle.svg").exists());
 }
 
@@ -176,7 +138,10 @@ fn what_cannot_be_done_ends_with_1() {
     let directory = temporary();
     let bad = |words: &str, says: &[&str]| fails(directory.path(), words, 1, says);
     bad("sim", &["no robot file robot.toml", "project's root", "--robot"]);
-    bad("sim --robot @/robot.toml --drive freq:40", &["refuses `freq 40`", "Hz"]);
+    for hz in ["40", "-40", "0.5"] {
+        let says = [&format!("refuses `freq {hz}`"), "must be from 1.00 to 12.00 Hz in either direction"];
+        bad(&format!("sim --robot @/robot.toml --drive freq:{hz}"), &says);
+    }
     bad("sim --robot @/robot.toml --drive position:270", &["refuses `position 270`", "180°"]);
     bad("sim --robot @/robot.toml --drive script:none.txt", &["none.txt", "script:"]);
     std::fs::write(directory.path().join("steps.txt"), "freq 7\nfly 3\n").unwrap();
@@ -326,9 +291,8 @@ fn a_hole_in_a_recording_is_not_simulated() {
     };
     csv(directory.path(), "holes.csv", "t_s,duty,angle_rad", 1200, row);
     csv(directory.path(), "whole.csv", "t_s,duty,angle_rad", 400, row);
-    let robot = root().join("robots/bench-linear.toml");
-    let mut command = Command::cargo_bin("scram").unwrap();
-    command.args(["diagnose", "holes.csv", "whole.csv", "--robot"]).arg(robot);
-    let output = command.current_dir(directory.path()).timeout(std::time::Duration::from_secs(120)).output().unwrap();
+    let diagnose = command(directory.path(), "diagnose holes.csv whole.csv --robot @/robots/bench-linear.toml");
+    let mut diagnose = assert_cmd::Command::from_std(diagnose);
+    let output = diagnose.timeout(std::time::Duration::from_secs(120)).output().unwrap();
     assert!(output.status.code().is_some(), "it takes for ever");
 }

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{keys, robot, robot_file};
+use common::bench::keys;
+use common::{robot, robot_file};
 use control::{Fault, State};
 use scram::recording::{ReadOptions, SessionEvent, events, load_with};
 use serde_json::Value;

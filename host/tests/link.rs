@@ -5,7 +5,8 @@ mod common;
 use std::io::{self, Read, Write};
 use std::time::Duration;
 
-use common::{PATIENCE, bench, keys, nonces, robot, session};
+use common::bench::{PATIENCE, bench, keys, nonces, session};
+use common::robot;
 use control::parameters::table;
 use control::protocol::dongle::{FromDongle, ToDongle};
 use control::protocol::frame::{self, Deframer};

@@ -1,54 +1,37 @@
 //! `scram sweep` as people use it: tables that a kill cannot spoil, the same bytes however it is run, errors that help.
 
+mod common;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use common::command::{refuses, succeeds_saying, temporary};
+use common::root;
 use serde_json::Value;
 
 /// Few, short runs of a robot with three segments a backbone.
 const QUICK: &str =
     "--drive ideal --repeats 2 --seconds 0.4 --axis backbone.segments=3 --axis alpha=0,90 --axis f=-8,7,8";
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+/// `scram sweep` with these words, of the project's robot unless another is named.
+fn in_words(words: &str) -> String {
+    if words.contains("--robot") { format!("sweep {words}") } else { format!("sweep {words} --robot @/robot.toml") }
 }
 
 fn command(directory: &Path, words: &str) -> Command {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("scram"));
-    let place = |word: &str| word.replace("@/", &format!("{}/", root().display()));
-    command.arg("sweep").args(words.split_whitespace().map(place)).current_dir(directory);
-    if !words.contains("--robot") {
-        command.arg("--robot").arg(root().join("robot.toml"));
-    }
-    command
-}
-
-fn sweep(directory: &Path, words: &str) -> Output {
-    command(directory, words).output().unwrap()
+    common::command::command(directory, &in_words(words))
 }
 
 #[track_caller]
 fn succeeds(directory: &Path, words: &str) -> (String, String) {
-    let output = sweep(directory, words);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{words}: {message}");
-    (String::from_utf8(output.stdout).unwrap(), message)
+    succeeds_saying(directory, &in_words(words))
 }
 
 #[track_caller]
 fn fails(directory: &Path, words: &str, code: i32, says: &[&str]) {
-    let output = sweep(directory, words);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{words}: {message}");
-    for part in says {
-        assert!(message.contains(part), "{words}: `{message}` does not say `{part}`");
-    }
-}
-
-fn temporary() -> tempfile::TempDir {
-    tempfile::tempdir().unwrap()
+    refuses(directory, &in_words(words), code, says);
 }
 
 /// Every file of a directory with its bytes, by name.
@@ -102,6 +85,35 @@ fn a_sweep_has_a_row_a_run_and_plots() {
     roxmltree::Document::parse(&maps).unwrap();
     for part in ["Longitudinal", "Lateral", "Rotational", "α / °", "f / Hz", "±"] {
         assert!(maps.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn the_terminal_has_sensitivity_and_effectiveness_too() {
+    let directory = temporary();
+    let words = "--drive ideal --repeats 1 --seconds 0.3 --axis backbone.segments=3 --axis f=-8,8 --sensitivity";
+    let (text, _) = succeeds(directory.path(), words);
+    let (json, _) = succeeds(directory.path(), &format!("{words} --json"));
+    let summary: Value = serde_json::from_str(&json).unwrap();
+    let (_, table) = text.split_once("σ vx / %").unwrap_or_else(|| panic!("no second table: {text}"));
+    for unit in ["φ vx / mm/s", "σ vy / %", "φ vy / mm/s", "σ yaw / %", "φ yaw / °/s"] {
+        assert!(table.contains(unit), "{unit}: {table}");
+    }
+    let cells: Vec<Vec<&str>> = table.lines().map(|line| line.split_whitespace().collect()).collect();
+    for (index, f) in ["-8", "8"].into_iter().enumerate() {
+        let row =
+            cells.iter().find(|row| row.get(1) == Some(&f)).unwrap_or_else(|| panic!("no row of {f} Hz: {table}"));
+        let kinds = summary["robustness"].as_array().unwrap();
+        for (kind, shown) in kinds.iter().zip(row[2..].chunks(2)) {
+            let expected = |key: &str, scale: f64, digits: usize| {
+                kind[1][key][index].as_f64().map_or("–".to_owned(), |value| format!("{:.digits$}", scale * value))
+            };
+            assert_eq!(
+                shown,
+                [expected("sensitivity", 100.0, 1), expected("effectiveness", 1.0, 2)],
+                "{f} Hz: {table}"
+            );
+        }
     }
 }
 
@@ -183,6 +195,29 @@ fn another_sweep_is_refused_with_what_differs() {
     succeeds(directory.path(), &format!("{longer} --fresh"));
     fs::remove_file(directory.path().join("out/sweep.toml")).unwrap();
     fails(directory.path(), &longer, 1, &["nothing says what it is of"]);
+}
+
+#[test]
+fn a_directory_belongs_to_one_sweep_at_a_time() {
+    let directory = temporary();
+    let long = format!("{QUICK} --threads 1").replace("--repeats 2 --seconds 0.4", "--repeats 100 --seconds 2");
+    let mut first = command(directory.path(), &long).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let patience = Instant::now() + Duration::from_secs(120);
+    while rows(directory.path()) == 0 {
+        assert!(Instant::now() < patience && first.try_wait().unwrap().is_none(), "no row comes");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let there = fs::read_to_string(directory.path().join("out/sweep.toml")).unwrap();
+    for words in [format!("{QUICK} --fresh"), long.clone(), "--claims".into(), "--search 1 --fresh".into()] {
+        fails(directory.path(), &words, 1, &["a sweep is running in out", "--out"]);
+    }
+    assert!(first.try_wait().unwrap().is_none(), "it ran all the while");
+    assert_eq!(fs::read_to_string(directory.path().join("out/sweep.toml")).unwrap(), there);
+    assert!(rows(directory.path()) > 0, "and its table is there");
+    // Killed, it leaves no lock.
+    first.kill().unwrap();
+    first.wait().unwrap();
+    succeeds(directory.path(), &format!("{QUICK} --fresh"));
 }
 
 #[cfg(unix)]

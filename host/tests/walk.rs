@@ -1,43 +1,12 @@
 //! `scram sim` for a robot with a body: what it writes and says of the walk, and what it refuses.
 
-use std::path::{Path, PathBuf};
-use std::process::Output;
+mod common;
 
-use assert_cmd::Command;
+use std::path::Path;
+
+use common::command::{fails, json, succeeds, succeeds_saying, temporary};
+use common::root;
 use serde_json::Value;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Runs `scram` with words in a directory; `@/` stands for the project's root.
-fn scram(directory: &Path, words: &str) -> Output {
-    let place = |word: &str| word.replace("@/", &format!("{}/", root().display()));
-    let words: Vec<String> = words.split_whitespace().map(place).collect();
-    Command::cargo_bin("scram").unwrap().args(words).current_dir(directory).output().unwrap()
-}
-
-#[track_caller]
-fn succeeds(directory: &Path, words: &str) -> String {
-    let output = scram(directory, words);
-    assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-#[track_caller]
-fn fails(directory: &Path, words: &str, code: i32, says: &[&str]) {
-    let output = scram(directory, words);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{words}: {message}");
-    for part in says {
-        assert!(message.contains(part), "{words}: `{message}` does not say `{part}`");
-    }
-    assert!(!directory.join("out").exists(), "{words} left something in out/");
-}
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap()
-}
 
 /// A file in a directory whose text changes the default robot.
 fn robot(directory: &Path, name: &str, text: &str) {
@@ -75,7 +44,7 @@ fn close(found: &Value, expected: f64, tolerance: f64) {
 
 #[test]
 fn a_walk_is_told_as_its_track_has_it() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = temporary();
     let said = json(&succeeds(directory.path(), "sim --robot @/robot.toml --drive freq:8 --alpha 90 --json"));
     let walk = &said["walk"];
     let out = directory.path().join("out");
@@ -117,7 +86,7 @@ fn a_walk_is_told_as_its_track_has_it() {
 
 #[test]
 fn the_recording_has_the_pose_and_replays_to_the_bit() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = temporary();
     succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1");
     let out = directory.path().join("out");
     let (run, track) = (Csv::read(&out.join("run.csv")), Csv::read(&out.join("track.csv")));
@@ -137,14 +106,15 @@ fn the_recording_has_the_pose_and_replays_to_the_bit() {
 
 #[test]
 fn on_the_bench_there_is_no_body() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = temporary();
     robot(directory.path(), "bare.toml", "remove = [\"body\", \"backbone\", \"eccentric\", \"feet\", \"ground\"]\n");
     succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1 --out walked");
-    let table = succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1 --bench --out walked");
-    assert!(!table.contains("ground") && !table.contains("α"), "{table}");
-    for name in ["track.csv", "path.svg", "feet.svg", "gait.svg"] {
-        assert!(!directory.path().join("walked").join(name).exists(), "{name} of the run before is still there");
-    }
+    let words = "sim --robot @/robot.toml --seconds 1 --bench --out walked";
+    let (table, message) = succeeds_saying(directory.path(), words);
+    assert!(table.contains("seed 1, the motor alone") && !table.contains("ground") && !table.contains("α"), "{table}");
+    // The walk's files stay, and the table does not claim them.
+    assert!(message.contains("not of this run, but in walked: path.svg, feet.svg, gait.svg, track.csv"), "{message}");
+    assert!(!table.contains("path.svg") && directory.path().join("walked/path.svg").exists(), "{table}");
     succeeds(directory.path(), "sim --robot bare.toml --seconds 1 --out bare");
     let bytes = |out: &str, name: &str| std::fs::read(directory.path().join(out).join(name)).unwrap();
     assert_eq!(bytes("walked", "run.csv"), bytes("bare", "run.csv"));
@@ -152,8 +122,39 @@ fn on_the_bench_there_is_no_body() {
 }
 
 #[test]
+fn a_clamped_robot_has_foot_paths_and_no_speeds() {
+    let directory = temporary();
+    let words = "sim --robot @/robots/bench-two-modules.toml --view walk.html";
+    let table = succeeds(directory.path(), words);
+    assert!(table.contains("seed 1, module 2 clamped, α 60°"), "{table}");
+    for walks in ["on the ground, α", "speed ahead", "turning", "per distance"] {
+        assert!(!table.contains(walks), "{walks}: {table}");
+    }
+    assert!(table.contains("module 1: ") && !table.contains("module 2: "), "{table}");
+    let said = json(&succeeds(directory.path(), &format!("{words} --json")));
+    assert!(said.get("walk").is_none(), "{said}");
+    let clamped = &said["clamped"];
+    assert_eq!((clamped["clamped_module"].as_u64(), clamped["feet_from_s"].as_f64()), (Some(2), Some(1.0)));
+    let track = Csv::read(&directory.path().join("out/track.csv"));
+    let paths = clamped["foot_path_mm"].as_array().unwrap();
+    assert_eq!(paths.len(), 4);
+    for (foot, path) in paths.iter().enumerate() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let column = track.column(&format!("foot{}_{}_{name}_m", foot / 2 + 1, ["left", "right"][foot % 2]));
+            let late = &column[1000..];
+            let size = late.iter().fold(f64::MIN, |a, b| a.max(*b)) - late.iter().fold(f64::MAX, |a, b| a.min(*b));
+            close(&path[axis], 1e3 * size, 2e-3);
+            assert_eq!(size > 1e-4, foot < 2, "the module that is clamped does not move: {clamped}");
+        }
+    }
+    assert_eq!(clamped["contact_share"].to_string(), "[0.0,0.0,0.0,0.0]", "nothing is under the feet");
+    let page = std::fs::read_to_string(directory.path().join("walk.html")).unwrap();
+    assert!(page.contains("module 2 clamped") && page.contains("\"speeds\":null"), "no speeds in 3D either");
+}
+
+#[test]
 fn alpha_is_the_robot_files_for_a_run() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = temporary();
     robot(
         directory.path(),
         "ninety.toml",
@@ -170,7 +171,7 @@ fn alpha_is_the_robot_files_for_a_run() {
 
 #[test]
 fn the_pictures_are_drawings_of_every_foot() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = temporary();
     succeeds(directory.path(), "sim --robot @/robot.toml --seconds 0.8 --view walk.html");
     let texts = |name: &str| {
         let svg = std::fs::read_to_string(directory.path().join("out").join(name)).unwrap();
@@ -192,7 +193,7 @@ fn the_pictures_are_drawings_of_every_foot() {
 
 #[test]
 fn what_cannot_walk_is_said_before_anything_runs() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = temporary();
     let bad = |words: &str, code: i32, says: &[&str]| fails(directory.path(), words, code, says);
     let bench = "sim --robot @/robots/bench-linear.toml";
     bad(&format!("{bench} --view w.html"), 1, &["bench-linear", "no body", "--view"]);
@@ -213,7 +214,7 @@ fn what_cannot_walk_is_said_before_anything_runs() {
 
 #[test]
 fn a_run_that_blows_up_is_an_error_and_leaves_nothing() {
-    let directory = tempfile::tempdir().unwrap();
+    let directory = temporary();
     // Backbones that carry nothing.
     let quantity = |axis: &str, unit: &str, value: f64| {
         format!("{axis}_{unit} = {{ value = {value}, low = {value}, high = 1.0, source = \"test\" }}\n")

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { after, afterEach, before, describe, it } from "node:test";
 import { launch, missing, root } from "./browser.mjs";
 
@@ -29,14 +29,14 @@ describe("the robot in 3D", { skip: missing() }, () => {
   afterEach(() => Promise.all(browser.contexts().map((context) => context.close())));
 
   /** A page that plays, and what it has complained of and asked for. */
-  async function open(options) {
+  async function open(options, source = file) {
     const page = await (await browser.newContext(options)).newPage();
     const heard = { said: [], asked: [] };
     page.on("console", (message) => heard.said.push(message.text()));
     page.on("pageerror", (error) => heard.said.push(error.message));
     page.on("request", (request) => request.url().startsWith("data:") || heard.asked.push(request.url()));
     page.setDefaultTimeout(PATIENCE_MS);
-    await page.goto(`file://${file}`);
+    await page.goto(`file://${source}`);
     await page.waitForFunction(() => document.getElementById("time").textContent.endsWith("s"));
     return { page, heard };
   }
@@ -167,6 +167,17 @@ describe("the robot in 3D", { skip: missing() }, () => {
     assert.match(await page.textContent("#longitudinal"), /^[+−]\d+\.\d mm\/s$/);
     const touching = await page.locator("#feet circle:not([fill=transparent])").count();
     assert.ok(touching >= 1 && touching <= 8, `${touching} feet`);
+  });
+
+  it("tells no speeds of a robot that is held fast", async () => {
+    const clamped = file.replace(/html$/, "clamped.html");
+    const held = readFileSync(file, "utf8").replace('"clamped":null', '"clamped":3').replace(/"speeds":\{[^}]*\}/, '"speeds":null');
+    writeFileSync(clamped, held);
+    const { page, heard } = await open(LAPTOP, clamped);
+    assert.equal(await page.textContent("#speeds"), "");
+    for (const id of ["longitudinal", "lateral", "yaw"]) assert.equal(await page.isVisible(`#${id}`), false, id);
+    assert.equal(await page.isVisible("#rotor-hz"), true);
+    assert.deepEqual(heard.said, []);
   });
 
   it("turns and zooms by mouse, and shows or hides what is asked", async () => {

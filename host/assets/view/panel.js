@@ -21,6 +21,8 @@ export class Panel {
     for (const id of ["follow", "traces", "forces", "rotor"]) by(id).addEventListener("change", () => act.show());
     addEventListener("keydown", (event) => this.#key(event));
     by("speeds").textContent = meanSpeeds(run.speeds);
+    // A robot that is held fast goes nowhere.
+    for (const id of ["longitudinal", "lateral", "yaw"]) by(id).closest("div").hidden = run.plan.clamped !== null;
     by("rotor-row").hidden = run.rotor === null;
     by("rotor").closest("label").hidden = run.rotor === null;
     this.#feet();

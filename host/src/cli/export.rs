@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use description::atomic::write_atomically;
 use hal_sim::body::Plan;
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
 use scram::mjcf::{self, Cone, Integrator, Options, Solver};
 
-use super::{Done, load_robot, print, same_file, walk};
+use super::{Done, load_robot, print, same_file, walk, write};
 
 /// Write the robot for another program
 #[derive(Subcommand)]
@@ -106,9 +105,6 @@ impl Mjcf {
         if same_file(path, &self.robot) {
             return Err(miette!("{} is the robot file that was read; it is not written over", path.display()).into());
         }
-        write_atomically::<std::io::Error>(path, |w| std::io::Write::write_all(w, model.as_bytes()))
-            .into_diagnostic()
-            .wrap_err_with(|| format!("{} cannot be written", path.display()))?;
-        Ok(())
+        Ok(write(path, model)?)
     }
 }

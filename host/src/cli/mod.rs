@@ -158,11 +158,16 @@ impl Common {
     /// Writes a text into `--out`, whole or not at all.
     fn write(&self, name: &str, text: &str) -> Result<PathBuf, Report> {
         let path = self.out.join(name);
-        write_atomically::<std::io::Error>(&path, |w| std::io::Write::write_all(w, text.as_bytes()))
-            .into_diagnostic()
-            .wrap_err_with(|| format!("{} cannot be written", path.display()))?;
+        write(&path, text)?;
         Ok(path)
     }
+}
+
+/// Writes a text, whole or not at all.
+fn write(path: &Path, text: &str) -> Result<(), Report> {
+    write_atomically::<std::io::Error>(path, |w| std::io::Write::write_all(w, text.as_bytes()))
+        .into_diagnostic()
+        .wrap_err_with(|| format!("{} cannot be written", path.display()))
 }
 
 /// Reads a robot file.

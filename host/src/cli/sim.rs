@@ -1,13 +1,15 @@
 //! `scram sim`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use control::State;
 use miette::{Report, miette};
-use scram::plot::{PLOT_NAMES, plots};
+use scram::plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots};
 use scram::recording::{Metadata, write_csv_run, write_mcap_run};
-use scram::sim::{self, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace, Walk, WalkMetrics};
+use scram::sim::{
+    self, ClampedMetrics, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace, Walk, WalkMetrics,
+};
 use serde::Serialize;
 
 use super::hil::OnChip;
@@ -90,6 +92,8 @@ struct Output<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     walk: Option<&'a WalkMetrics>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    clamped: Option<&'a ClampedMetrics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     chip: Option<&'a OnChip>,
     refused: Vec<String>,
     files: Vec<PathBuf>,
@@ -134,7 +138,8 @@ impl Run {
         let mut files = self.write(ran, robot)?;
         let view = self.ground.write_view(ran.walk.as_ref(), &self.title(robot, plan, ran))?;
         let metrics = sim::metrics(trace);
-        let walked = ran.walk.as_ref().and_then(|walk| sim::walk_metrics(&walk.track));
+        let track = ran.walk.as_ref().map(|walk| &walk.track);
+        let (walked, clamped) = (track.and_then(sim::walk_metrics), track.and_then(sim::clamped_metrics));
         let refused: Vec<String> = refusals(trace).collect();
         if self.common.json {
             files.extend(view.map(PathBuf::from));
@@ -145,6 +150,7 @@ impl Run {
                 seed: self.common.seed,
                 metrics: &metrics,
                 walk: walked.as_ref(),
+                clamped: clamped.as_ref(),
                 chip,
                 refused,
                 files,
@@ -155,8 +161,8 @@ impl Run {
         if trace.segments().len() > 1 {
             print(&orders(trace));
         }
-        let walked = walked.iter().flat_map(walk::facts);
-        print(&table::facts(happened(trace, &metrics).into_iter().chain(walked)));
+        let body = walked.iter().flat_map(walk::facts).chain(clamped.iter().flat_map(walk::clamped_facts));
+        print(&table::facts(happened(trace, &metrics).into_iter().chain(body)));
         if let Some(chip) = chip {
             print(&table::facts(chip.facts()));
         }
@@ -171,10 +177,11 @@ impl Run {
         Ok(())
     }
 
-    /// "scram-26, freq:7 for 2 s, seed 1", and how it stands on the ground.
+    /// "scram-26, freq:7 for 2 s, seed 1", and whether and how it stands on the ground.
     fn title(&self, robot: &description::Robot, plan: &Plan, ran: &Ran) -> String {
         let what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
-        if ran.walk.is_some() { format!("{what}, on the ground, {}", walk::backbones(robot)) } else { what }
+        let place = ran.walk.as_ref().map_or_else(|| "the motor alone".to_owned(), |walk| walk::place(walk, robot));
+        format!("{what}, {place}")
     }
 
     fn write(&self, ran: &Ran, robot: &description::Robot) -> Result<Vec<PathBuf>, Report> {
@@ -199,12 +206,20 @@ impl Run {
         for (name, svg) in &drawn {
             files.push(self.common.write(&format!("{name}.svg"), svg)?);
         }
-        // A plot of an earlier run beside this run's would lie.
-        for name in PLOT_NAMES.iter().filter(|name| drawn.iter().all(|(drawn, _)| drawn != *name)) {
-            let _ = std::fs::remove_file(out.join(format!("{name}.svg")));
-        }
         files.extend(self.ground.write(walk, &self.common)?);
+        warn_older(out, &files);
         Ok(files)
+    }
+}
+
+/// Says which files in the directory are called as a run's and are not of this one: an earlier run's plot beside this
+/// run's would mislead. They are left there, for they may be somebody's own.
+fn warn_older(out: &Path, files: &[PathBuf]) {
+    let plots = PLOT_NAMES.into_iter().chain(WALK_PLOT_NAMES).map(|name| format!("{name}.svg"));
+    let others = plots.chain([walk::TRACK.to_owned()]).filter(|name| !files.contains(&out.join(name)));
+    let older: Vec<String> = others.filter(|name| out.join(name).exists()).collect();
+    if !older.is_empty() {
+        eprintln!("warning: not of this run, but in {}: {}", out.display(), older.join(", "));
     }
 }
 

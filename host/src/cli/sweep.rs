@@ -1,20 +1,22 @@
 //! `scram sweep`
 
+mod words;
+
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use description::edit::Document;
 use hal_sim::body::Precision;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use scram::sweep::claims::{self, Verdict};
 use scram::sweep::{
-    Axis, Campaign, Component, Conditions, Design, DriveKind, Found, INTERVAL_S, MOST_RUNS, Measured, Robustness,
-    RunSettings, Search, Stat, SweepError, Swept, Target, What, Workshop, figures,
+    Axis, Campaign, Component, Conditions, Design, DriveKind, INTERVAL_S, Lock, LockError, MOST_RUNS, Measured,
+    Robustness, RunSettings, Search, Stat, SweepError, Swept, Target, What, Workshop, figures,
 };
 use serde::Serialize;
+use words::{Bar, claim_text, robustness_table, search_text, speeds_table, warn_notes, warn_unmatched};
 
-use super::{Common, Done, Failure, print, print_json, table};
+use super::{Common, Done, Failure, print, print_json};
 
 /// Longest run, s.
 const LONGEST_S: f64 = 600.0;
@@ -159,7 +161,7 @@ impl Sweep {
             return self.judge(&workshop);
         }
         let measured = self.measured.as_deref().map(Measured::read).transpose().map_err(Report::from)?;
-        let swept = self.sweep(&workshop, axes)?;
+        let (swept, _lock) = self.sweep(&workshop, axes)?;
         self.tell(&workshop, &swept, measured.as_ref())
     }
 
@@ -195,10 +197,24 @@ impl Sweep {
         Target { directory: &self.common.out, stem, paths, fresh: self.fresh }
     }
 
+    /// Makes the directory and keeps other sweeps out of it until everything is written.
+    fn lock(&self) -> Result<Option<Lock>, Report> {
+        let out = &self.common.out;
+        std::fs::create_dir_all(out)
+            .map_err(|error| miette!("the directory {} cannot be made: {error}", out.display()))?;
+        match Lock::take(out) {
+            Ok(lock) => Ok(Some(lock)),
+            Err(busy @ LockError::Busy { .. }) => Err(busy.into()),
+            Err(unavailable) => {
+                eprintln!("warning: {unavailable}; run no other sweep there");
+                Ok(None)
+            }
+        }
+    }
+
     /// Runs a campaign with a bar on a terminal.
-    fn campaign(&self, campaign: Campaign<'_>, stem: &str, paths: bool) -> Result<Swept, Failure> {
-        std::fs::create_dir_all(&self.common.out)
-            .map_err(|error| miette!("the directory {} cannot be made: {error}", self.common.out.display()))?;
+    fn campaign(&self, campaign: Campaign<'_>, stem: &str, paths: bool) -> Result<(Swept, Option<Lock>), Failure> {
+        let lock = self.lock()?;
         let mut bar = Bar::new("runs");
         let swept = campaign
             .run(&self.target(stem, paths), self.threads.map(usize::from), &mut |done, total| bar.show(done, total))
@@ -207,10 +223,10 @@ impl Sweep {
         if swept.resumed > 0 {
             eprintln!("{} of {} runs were in {} already", swept.resumed, swept.runs.len(), swept.file.display());
         }
-        Ok(swept)
+        Ok((swept, lock))
     }
 
-    fn sweep(&self, workshop: &Workshop, given: Vec<Axis>) -> Result<Swept, Failure> {
+    fn sweep(&self, workshop: &Workshop, given: Vec<Axis>) -> Result<(Swept, Option<Lock>), Failure> {
         let mut axes = if given.is_empty() { Design::thesis() } else { given };
         let count = Design::count(&axes, self.repeats.unwrap_or(REPEATS) as usize);
         if count > MOST_RUNS {
@@ -271,6 +287,9 @@ impl Sweep {
         ));
         if conditions.conditions.len() <= MOST_SHOWN {
             print(&speeds_table(&conditions));
+            if let Some(robustness) = &summary.robustness {
+                print(&robustness_table(&conditions.at_friction(1.0), robustness));
+            }
         }
         print(&format!("written: {}", super::sim::listed(&summary.files)));
         Ok(())
@@ -279,7 +298,7 @@ impl Sweep {
     fn judge(&self, workshop: &Workshop) -> Done {
         let design = claims::design(self.seeds());
         let campaign = Campaign::new(workshop, design, self.settings()).map_err(failure)?;
-        let swept = self.campaign(campaign, "claims", false)?;
+        let (swept, _lock) = self.campaign(campaign, "claims", false)?;
         let verdicts = claims::judge(&Conditions::new(&swept.design, &swept.runs));
         let holds = verdicts.iter().filter(|verdict| verdict.holds == Some(true)).count();
         let judged =
@@ -299,8 +318,7 @@ impl Sweep {
     }
 
     fn search(&self, workshop: &Workshop, sets: usize) -> Done {
-        std::fs::create_dir_all(&self.common.out)
-            .map_err(|error| miette!("the directory {} cannot be made: {error}", self.common.out.display()))?;
+        let _lock = self.lock()?;
         // One run of a condition has nothing random in it; more of them have what an ideal shaft has.
         let (drive, seeds) = match self.repeats {
             None | Some(1) => (DriveKind::Exact, vec![self.common.seed]),
@@ -340,61 +358,6 @@ fn failure(error: SweepError) -> Failure {
     }
 }
 
-/// A bar on a terminal, nothing elsewhere.
-struct Bar {
-    bar: ProgressBar,
-    what: &'static str,
-}
-
-impl Bar {
-    fn new(what: &'static str) -> Self {
-        Self { bar: ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()), what }
-    }
-
-    fn show(&mut self, done: usize, total: usize) {
-        if self.bar.length().is_none() {
-            self.bar.set_length(total as u64);
-            let template = format!("{{bar:40}} {{pos}}/{{len}} {}, {{eta}} left", self.what);
-            self.bar.set_style(ProgressStyle::with_template(&template).unwrap_or(ProgressStyle::default_bar()));
-            // What was there already says nothing about the time that is left.
-            self.bar.set_position(done as u64);
-            self.bar.reset_eta();
-        }
-        self.bar.set_position(done as u64);
-    }
-
-    fn end(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-fn warn_unmatched(measured: &Measured, conditions: &Conditions) {
-    let place = |what: What| conditions.axes.iter().position(|axis| *axis == what);
-    let (Some(f), Some(alpha)) = (place(What::Frequency), place(What::Alpha)) else {
-        eprintln!("warning: measured speeds are of f and alpha; this sweep does not vary both, no error map is drawn");
-        return;
-    };
-    let here = |at: &(f64, f64)| conditions.conditions.iter().any(|c| (c.point[f], c.point[alpha]) == *at);
-    let missing: Vec<String> =
-        measured.conditions().iter().filter(|at| !here(at)).map(|(f, alpha)| format!("{f} Hz at {alpha}°")).collect();
-    if !missing.is_empty() {
-        eprintln!("warning: measured, but not in the sweep: {}", missing.join(", "));
-    }
-}
-
-fn warn_notes(swept: &Swept, summary: &Summary) {
-    if summary.blown_up > 0 {
-        let first = swept.runs.iter().find(|run| run.measures.vx.is_none()).map_or("", |run| run.note.as_str());
-        eprintln!("warning: {} of {} runs have no speeds: {first}", summary.blown_up, summary.runs);
-    }
-    let others = summary.notes - summary.blown_up;
-    if others > 0 {
-        let noted = swept.runs.iter().find(|run| run.measures.vx.is_some() && !run.note.is_empty());
-        let first = noted.map_or("", |run| run.note.as_str());
-        eprintln!("warning: {others} of {} runs have a note: {first}", summary.runs);
-    }
-}
-
 fn lines(conditions: &Conditions) -> Vec<Line> {
     let line = |condition: &scram::sweep::Condition| Line {
         point: conditions.axes.iter().map(What::column).zip(condition.point.iter().map(|v| (*v).into())).collect(),
@@ -404,50 +367,4 @@ fn lines(conditions: &Conditions) -> Vec<Line> {
         energy_j_per_m: condition.stat(|measures| measures.energy_j_per_m),
     };
     conditions.conditions.iter().map(line).collect()
-}
-
-fn speeds_table(conditions: &Conditions) -> String {
-    let cell = |stat: Stat| match (stat.mean, stat.spread) {
-        (Some(mean), Some(spread)) => {
-            format!("{} ± {}", table::with_unit(mean, 2, ""), table::with_unit(spread, 2, ""))
-        }
-        (mean, _) => table::or_dash(mean, 2, ""),
-    };
-    let mut header: Vec<String> = conditions.axes.iter().map(What::label).collect();
-    header.extend(["vx / mm/s", "vy / mm/s", "yaw / °/s", "J/m"].map(String::from));
-    let rows = conditions.conditions.iter().map(|condition| {
-        let mut row: Vec<String> = condition.point.iter().map(f64::to_string).collect();
-        row.extend(Component::ALL.map(|component| cell(condition.speed(component))));
-        row.push(table::or_dash(condition.stat(|measures| measures.energy_j_per_m).mean, 1, ""));
-        row
-    });
-    table::columns(&header.iter().map(String::as_str).collect::<Vec<_>>(), rows)
-}
-
-fn claim_text(verdict: &Verdict) -> String {
-    let holds = match verdict.holds {
-        Some(true) => "holds",
-        Some(false) => "does not hold",
-        None => "cannot be judged: a run is missing",
-    };
-    let number = |number: &claims::Number| format!("{} {}", number.name, table::or_dash(number.value, 3, ""));
-    let numbers: Vec<String> = verdict.numbers.iter().map(number).collect();
-    format!(
-        "{}: {holds}\n  thesis: {}\n  if:     {}\n  found:  {}\n",
-        verdict.claim,
-        verdict.thesis,
-        verdict.holds_if,
-        numbers.join("; ")
-    )
-}
-
-fn search_text(found: &Found) -> String {
-    let rows = found.claims.iter().map(|(name, count)| {
-        let best = if found.best_holds.contains(name) { "holds" } else { "–" };
-        vec![name.clone(), format!("{count} of {}", found.admissible), best.to_owned()]
-    });
-    let claims = table::columns(&["claim", "holds in", "best set"], rows);
-    let values = found.values.iter().map(|(path, value)| (path.as_str(), value.to_string()));
-    let best = format!("best: set {} of {}, {} claims hold", found.best, found.sets, found.best_holds.len());
-    format!("{claims}\n{best}\n{}", table::facts(values))
 }

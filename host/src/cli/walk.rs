@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use description::Robot;
-use miette::{IntoDiagnostic, Report, WrapErr, miette};
-use scram::plot::{WALK_PLOT_NAMES, walk_plots};
-use scram::sim::{Walk, WalkMetrics, track_csv};
+use miette::{Report, miette};
+use scram::plot::walk_plots;
+use scram::sim::{ClampedMetrics, Walk, WalkMetrics, track_csv};
 
-use super::{Common, Failure, table};
+use super::{Common, Failure, table, write};
 
 /// The pictures' data.
-const TRACK: &str = "track.csv";
+pub const TRACK: &str = "track.csv";
 
 /// Where the robot stands, and what is shown of its walk.
 #[derive(Args)]
@@ -71,18 +71,12 @@ impl Ground {
         Ok(robot.body.is_some() && !self.bench)
     }
 
-    /// Writes the files of a walk; without one, removes those of an earlier run, which would lie beside this run's.
+    /// Writes the files of a walk, if there is one.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self, walk: Option<&Walk>, common: &Common) -> Result<Vec<PathBuf>, Report> {
-        let Some(walk) = walk else {
-            let pictures = WALK_PLOT_NAMES.iter().map(|name| format!("{name}.svg"));
-            for name in pictures.chain([TRACK.to_owned()]) {
-                let _ = std::fs::remove_file(common.out.join(name));
-            }
-            return Ok(Vec::new());
-        };
+        let Some(walk) = walk else { return Ok(Vec::new()) };
         let mut files = vec![common.write(TRACK, &track_csv(&walk.track))?];
         for (name, svg) in walk_plots(&walk.track)? {
             files.push(common.write(&format!("{name}.svg"), &svg)?);
@@ -97,11 +91,7 @@ impl Ground {
     pub fn write_view(&self, walk: Option<&Walk>, title: &str) -> Result<Option<&Path>, Report> {
         let (Some(file), Some(walk)) = (&self.view, walk) else { return Ok(None) };
         let page = scram::view::page(&walk.track, title);
-        description::atomic::write_atomically::<std::io::Error>(file, |w| {
-            std::io::Write::write_all(w, page.as_bytes())
-        })
-        .into_diagnostic()
-        .wrap_err_with(|| format!("{} cannot be written", file.display()))?;
+        write(file, &page)?;
         Ok(Some(file))
     }
 }
@@ -123,8 +113,16 @@ fn writable(file: &Path) -> Result<(), Report> {
     Ok(())
 }
 
-/// How the backbones stand, for the first line of the table.
-pub fn backbones(robot: &Robot) -> String {
+/// Where a body is and how it stands, for the first line of the table.
+pub fn place(walk: &Walk, robot: &Robot) -> String {
+    match walk.track.plan.clamped {
+        None => format!("on the ground, {}", backbones(robot)),
+        Some(module) => format!("module {} clamped, {}", module + 1, backbones(robot)),
+    }
+}
+
+/// How the backbones stand.
+fn backbones(robot: &Robot) -> String {
     let Some(backbone) = &robot.backbone else { return String::new() };
     match &backbone.roll_deg {
         None => format!("α {}°", backbone.alpha_deg.value),
@@ -141,11 +139,6 @@ pub fn facts(m: &WalkMetrics) -> Vec<(&'static str, String)> {
     let ahead = number(m.longitudinal_mm_per_s, 2);
     let left = number(m.lateral_mm_per_s, 2);
     let [low, high] = m.module_height_mm;
-    let feet: Vec<String> = m
-        .contact_share
-        .chunks(2)
-        .map(|pair| pair.iter().map(|share| format!("{:.0}", 100.0 * share)).collect::<Vec<_>>().join("/"))
-        .collect();
     vec![
         ("speed ahead / to the left, second half", format!("{ahead} / {left} mm/s")),
         ("turning to the left, second half", format!("{} °/s", number(m.yaw_deg_per_s, 2))),
@@ -155,7 +148,29 @@ pub fn facts(m: &WalkMetrics) -> Vec<(&'static str, String)> {
         }),
         ("path of the centroid, with its shaking", table::with_unit(m.path_mm, 1, "mm")),
         ("height of the modules, tilt at most", format!("{low:.1} … {high:.1} mm, {:.1}°", m.tilt_deg)),
-        ("feet on the ground, left/right, from the front", format!("{} %", feet.join(", "))),
+        ("feet on the ground, left/right, from the front", shares(&m.contact_share)),
         ("energy per distance, second half", table::or_dash(m.energy_per_distance_j_per_m, 0, "J/m")),
     ]
+}
+
+/// The rows of a robot that is held fast.
+pub fn clamped_facts(m: &ClampedMetrics) -> Vec<(&'static str, String)> {
+    let size = |[x, y, z]: &[f64; 3]| format!("{x:.2} × {y:.2} × {z:.2}");
+    let modules = m.foot_path_mm.chunks(2).enumerate().filter(|(module, _)| module + 1 != m.clamped_module);
+    let paths = modules.map(|(module, feet)| {
+        let feet: Vec<String> = feet.iter().map(size).collect();
+        format!("module {}: {} mm", module + 1, feet.join(", "))
+    });
+    vec![
+        ("foot paths left, right: ahead × aside × up, second half", paths.collect::<Vec<_>>().join("\n")),
+        ("tilt of a module at most", table::with_unit(m.tilt_deg, 1, "°")),
+        ("feet on the ground, left/right, from the front", shares(&m.contact_share)),
+    ]
+}
+
+/// "33/57, 86/86 %": left and right, module after module.
+fn shares(of_feet: &[f64]) -> String {
+    let percent = |share: &f64| format!("{:.0}", 100.0 * share);
+    let modules = of_feet.chunks(2).map(|feet| feet.iter().map(percent).collect::<Vec<_>>().join("/"));
+    format!("{} %", modules.collect::<Vec<_>>().join(", "))
 }

@@ -1,6 +1,7 @@
 //! The firmware's decisions on the simulated robot: both advance in virtual time, one control period at a time.
 
 mod blow_up;
+mod clamped_metrics;
 mod decide;
 mod drive;
 mod export;
@@ -12,7 +13,8 @@ mod track_csv;
 mod walk_metrics;
 mod world;
 
-use control::{Actuation, Command, Controller, Field, Parameters, Refusal, Sample, State, Telemetry};
+use control::parameters::Limits;
+use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, State, Telemetry};
 use description::robot::Robot;
 use hal_sim::body::plan::PlanError;
 use hal_sim::{Settings, SimulatedRobot, Truth};
@@ -20,6 +22,7 @@ use hal_sim::{Settings, SimulatedRobot, Truth};
 use crate::edge::{degrees, frequency_from_omega};
 
 pub use blow_up::{BlowUp, blow_up};
+pub use clamped_metrics::{ClampedMetrics, clamped_metrics};
 pub use decide::Decide;
 pub use drive::{Drive, DriveError, Order, Step};
 pub use export::{extra_columns, recording, run_log};
@@ -28,7 +31,7 @@ pub use ground::{OnGround, Walk};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use strokes::{RUNAWAY_DEG, Strokes};
 pub use track_csv::track_csv;
-pub use walk_metrics::{WalkMetrics, walk_metrics};
+pub use walk_metrics::{WalkMetrics, mean_speeds, walk_metrics};
 pub use world::World;
 
 /// A console repeats its command this often, s: well within the age at which the supervisor gives up.
@@ -174,6 +177,7 @@ pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, p
 /// The decider cannot be reached.
 pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan: &Plan) -> Result<Trace, D::Error> {
     let tick_s = robot.tick_s();
+    let limits = decider.parameters().limits;
     let count = (plan.seconds / tick_s).round().max(1.0) as usize;
     let refresh = (REFRESH_S / tick_s).round().max(1.0) as usize;
     let mut ticks = Vec::with_capacity(count);
@@ -197,7 +201,10 @@ pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan:
         while let Some(step) = steps.next_if(|step| step.at_s <= time_s + 0.5 * tick_s) {
             let refusal = if linked {
                 told.push(Told { tick: index, order: step.order, repeat: false });
-                decider.command(step.order.command(), sample.time_us)?.err().map(|r| said(step.order, r))
+                decider
+                    .command(step.order.command(), sample.time_us)?
+                    .err()
+                    .map(|refusal| said(step.order, refusal, &limits))
             } else {
                 Some("the link is lost".to_owned())
             };
@@ -216,13 +223,13 @@ pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan:
 }
 
 /// A refusal in the units in which the order was typed.
-pub(crate) fn said(order: Order, refusal: Refusal) -> String {
+pub(crate) fn said(order: Order, refusal: Refusal, limits: &Limits) -> String {
     match (order, refusal) {
-        (Order::Freq { .. }, Refusal::OutOfRange { name, low, high, .. }) => {
+        (Order::Freq { .. }, Refusal::OutOfRange { .. }) => {
             let hertz = |omega: f32| frequency_from_omega(f64::from(omega)).abs();
-            // Without its sign, as the controller's own `|omega|`; the first check, of `omega`, has −high … high.
-            let low = if name == Field::OmegaMagnitude { hertz(low) } else { 0.0 };
-            format!("the frequency must be from {low:.2} to {:.2} Hz in either direction", hertz(high))
+            // The refusal names what was checked first, `omega` or its magnitude, and not both ends of what is allowed.
+            let (low, high) = (hertz(limits.least_speed), hertz(limits.speed));
+            format!("the frequency must be from {low:.2} to {high:.2} Hz in either direction")
         }
         (Order::Oscillate { .. } | Order::Position { .. }, Refusal::OutOfRange { name, value, low, high }) => {
             let deg = |rad: f32| degrees(f64::from(rad));

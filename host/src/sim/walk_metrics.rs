@@ -1,6 +1,6 @@
 //! What a walk is judged by.
 
-use hal_sim::body::{Snapshot, Track};
+use hal_sim::body::{Snapshot, Speeds, Track};
 use serde::Serialize;
 
 use crate::edge::degrees;
@@ -32,14 +32,30 @@ pub struct WalkMetrics {
     pub contact_share: Vec<f64>,
 }
 
-/// The figures of a walk; none for a track without snapshots.
-#[must_use]
-pub fn walk_metrics(track: &Track) -> Option<WalkMetrics> {
+/// A run's second half, over which speeds are means; none for a track without snapshots.
+pub(super) fn second_half(track: &Track) -> Option<&[Snapshot]> {
     let (first, last) = (track.snapshots.first()?, track.snapshots.last()?);
     let middle = 0.5 * (first.time_s + last.time_s);
     let half = track.snapshots.iter().position(|s| s.time_s >= middle - 1e-9)?;
-    let late = &track.snapshots[half..];
-    let speeds = track.speeds(late[0].time_s, last.time_s);
+    Some(&track.snapshots[half..])
+}
+
+/// Mean speeds, and from when to when they are taken, s: over the second half of a run. None where a module is clamped,
+/// or for a run that is too short.
+#[must_use]
+pub fn mean_speeds(track: &Track) -> Option<(Speeds, [f64; 2])> {
+    let late = second_half(track).filter(|_| track.plan.clamped.is_none())?;
+    let time = [late[0].time_s, late[late.len() - 1].time_s];
+    Some((track.speeds(time[0], time[1])?, time))
+}
+
+/// The figures of a walk; none where a module is clamped, or for a track without snapshots.
+#[must_use]
+pub fn walk_metrics(track: &Track) -> Option<WalkMetrics> {
+    let late = second_half(track).filter(|_| track.plan.clamped.is_none())?;
+    let (first, last) = (track.snapshots.first()?, track.snapshots.last()?);
+    let half = track.snapshots.len() - late.len();
+    let speeds = mean_speeds(track).map(|(speeds, _)| speeds);
     let (start, end) = (first.centroid(), last.centroid());
     let settled = &track.snapshots[track.snapshots.len() / 10..];
     let heights = settled.iter().flat_map(|s| s.modules.iter().map(|pose| 1e3 * pose.position[2]));
@@ -53,7 +69,7 @@ pub fn walk_metrics(track: &Track) -> Option<WalkMetrics> {
         turned_deg: whole.map_or(0.0, |s| degrees(s.yaw * (last.time_s - first.time_s))),
         path_mm: 1e3 * track.snapshots.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum::<f64>(),
         module_height_mm: heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]),
-        tilt_deg: track.snapshots.iter().flat_map(|s| &s.modules).map(|m| tilt(&m.orientation)).fold(0.0, f64::max),
+        tilt_deg: tilt(track),
         energy_per_distance_j_per_m: track.energy_per_distance(half, track.snapshots.len() - 1),
         contact_share: contact_share(late),
     })
@@ -65,12 +81,15 @@ fn distance(a: &Snapshot, b: &Snapshot) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
-/// Angle between a part's z axis and the world's, °.
-fn tilt([_, x, y, _]: &[f64; 4]) -> f64 {
-    degrees((1.0 - 2.0 * (x * x + y * y)).clamp(-1.0, 1.0).acos())
+/// Largest angle between a module's z axis and the world's, °.
+pub(super) fn tilt(track: &Track) -> f64 {
+    let upright = |[_, x, y, _]: [f64; 4]| 1.0 - 2.0 * (x * x + y * y);
+    let modules = track.snapshots.iter().flat_map(|snapshot| &snapshot.modules);
+    degrees(modules.map(|module| upright(module.orientation).clamp(-1.0, 1.0).acos()).fold(0.0, f64::max))
 }
 
-fn contact_share(snapshots: &[Snapshot]) -> Vec<f64> {
+/// Of every foot: the share of the snapshots in which the ground carries it.
+pub(super) fn contact_share(snapshots: &[Snapshot]) -> Vec<f64> {
     let feet = snapshots.first().map_or(0, |s| s.feet.len());
     let touching = |foot: usize| snapshots.iter().filter(|s| s.feet[foot].touches()).count();
     (0..feet).map(|foot| touching(foot) as f64 / snapshots.len() as f64).collect()

@@ -9,7 +9,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use description::atomic::write_atomically;
+use description::atomic::{remove, write_atomically};
 use toml::{Table, Value};
 
 /// Why a table cannot be written or taken up.
@@ -66,17 +66,12 @@ pub fn claim(directory: &Path, stem: &str, about: &Table, journals: &[&str], fre
     if fresh {
         // The tables first: without their description they would be of nothing.
         for table in tables.clone().chain([path.clone()]) {
-            match fs::remove_file(&table) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(JournalError::Io { path: table, error });
-                }
-                _ => {}
-            }
+            remove(&table).map_err(|error| JournalError::Io { path: table, error })?;
         }
     }
-    match fs::read_to_string(&path) {
-        Ok(text) => {
-            let there: Table = text.parse().unwrap_or_default();
+    match contents(&path) {
+        Ok(bytes) => {
+            let there: Table = String::from_utf8_lossy(&bytes).parse().unwrap_or_default();
             match first_difference(there, about.clone()) {
                 Some(difference) => Err(JournalError::Other { path, difference }),
                 None => Ok(()),
@@ -91,6 +86,11 @@ pub fn claim(directory: &Path, stem: &str, about: &Table, journals: &[&str], fre
         }
         Err(error) => Err(io(error)),
     }
+}
+
+/// What a file has. Not a device, which might go on for ever.
+fn contents(path: &Path) -> io::Result<Vec<u8>> {
+    if fs::metadata(path)?.is_file() { fs::read(path) } else { Err(io::Error::other("it is no file")) }
 }
 
 /// Of a description: what a short run measures. It follows from the rest, so what else differs is said rather.
@@ -150,7 +150,7 @@ impl Journal {
     pub fn open(path: &Path, header: &[String], rows: usize) -> Result<(Self, Rows), JournalError> {
         let io = |error| JournalError::Io { path: path.into(), error };
         let head = line(header);
-        let there = match fs::read(path) {
+        let there = match contents(path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
             Err(error) => return Err(io(error)),
@@ -300,6 +300,29 @@ mod tests {
             let (_, rows) = Journal::open(&path, &header(), 9).unwrap();
             assert_eq!(rows.into_keys().collect::<Vec<_>>(), [1], "{rubbish:?}");
             assert_eq!(fs::read_to_string(&path).unwrap(), "run,x,note\n1,5,\n");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_no_table_and_a_link_to_one_that_is_stays() {
+        use std::os::unix::fs::symlink;
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        symlink("/dev/null", at("device.csv")).unwrap();
+        let refused = Journal::open(&at("device.csv"), &header(), 9).unwrap_err().to_string();
+        assert!(refused.contains("device.csv cannot be written: it is no file"), "{refused}");
+        symlink("far.csv", at("sweep.csv")).unwrap();
+        let claim = |fresh| claim(directory.path(), "sweep", &Table::new(), &["sweep.csv"], fresh);
+        claim(false).unwrap();
+        for fresh in [false, true] {
+            claim(fresh).unwrap();
+            let (mut journal, rows) = Journal::open(&at("sweep.csv"), &header(), 9).unwrap();
+            assert!(rows.is_empty(), "--fresh deletes what the link leads to");
+            journal.append(&[(1, row("5", ""))]).unwrap();
+            journal.finish(&Rows::from([(1, row("5", ""))])).unwrap();
+            assert!(at("sweep.csv").is_symlink());
+            assert_eq!(fs::read_to_string(at("far.csv")).unwrap(), "run,x,note\n1,5,\n");
         }
     }
 

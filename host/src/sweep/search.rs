@@ -5,6 +5,8 @@
 //! normal deviate of 15 % of its spread. Sets come in generations, and a set depends on the generations before it alone:
 //! the same search whatever the thread count, and after a kill.
 
+mod set;
+
 use std::path::PathBuf;
 use std::sync::mpsc;
 
@@ -12,9 +14,9 @@ use description::edit::Document;
 use hal_sim::random::{Source, Stream};
 use rayon::prelude::*;
 use serde::Serialize;
+use set::{Tried, Unknown};
 use toml::{Table, Value};
 
-use super::axis::significant;
 use super::campaign::{Campaign, SweepError, Target};
 use super::claims;
 use super::journal::{Journal, Rows, claim};
@@ -50,82 +52,6 @@ const GENERATION: usize = 24;
 const PARENTS: usize = 8;
 /// Standard deviation of a variation, share of the spread.
 const VARIATION: f64 = 0.15;
-/// Ratio of the ends of a spread from which on it is searched by its logarithm.
-const DECADES: f64 = 3.0;
-/// Digits of a number that is tried: what is written is what was run.
-const DIGITS: usize = 6;
-
-/// A number that is searched.
-#[derive(Clone, Debug)]
-struct Unknown {
-    path: String,
-    low: f64,
-    high: f64,
-}
-
-impl Unknown {
-    fn logarithmic(&self) -> bool {
-        self.low > 0.0 && self.high > DECADES * self.low
-    }
-
-    /// From 0 … 1.
-    fn value(&self, share: f64) -> f64 {
-        let value = if self.logarithmic() {
-            self.low * (self.high / self.low).powf(share)
-        } else {
-            self.low + share * (self.high - self.low)
-        };
-        significant(value, DIGITS).clamp(self.low, self.high)
-    }
-
-    /// To 0 … 1.
-    fn share(&self, value: f64) -> f64 {
-        if self.logarithmic() {
-            (value / self.low).ln() / (self.high / self.low).ln()
-        } else {
-            (value - self.low) / (self.high - self.low)
-        }
-    }
-}
-
-/// A set and what it gave.
-#[derive(Clone, Debug, PartialEq)]
-struct Tried {
-    values: Vec<f64>,
-    /// Which claims hold; none where one could not be judged.
-    holds: Vec<Option<bool>>,
-    /// Why the set is not admissible; empty where it is.
-    note: String,
-}
-
-impl Tried {
-    fn held(&self) -> usize {
-        self.holds.iter().filter(|holds| **holds == Some(true)).count()
-    }
-
-    fn cells(&self) -> Vec<String> {
-        let claims = self.holds.iter().map(|holds| holds.map_or(String::new(), |holds| u8::from(holds).to_string()));
-        let held = self.held().to_string();
-        self.values.iter().map(f64::to_string).chain(claims).chain([held, self.note.clone()]).collect()
-    }
-
-    /// None where a cell is not what [`Self::cells`] writes.
-    fn parse(cells: &[String], unknowns: usize, claims: usize) -> Option<Self> {
-        let value = |text: &String| text.parse().ok().filter(|value: &f64| value.is_finite());
-        let holds = |text: &String| match text.as_str() {
-            "" => Some(None),
-            "0" => Some(Some(false)),
-            "1" => Some(Some(true)),
-            _ => None,
-        };
-        Some(Self {
-            values: cells.get(..unknowns)?.iter().map(value).collect::<Option<_>>()?,
-            holds: cells.get(unknowns..unknowns + claims)?.iter().map(holds).collect::<Option<_>>()?,
-            note: cells.last()?.clone(),
-        })
-    }
-}
-
 /// What a search found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
@@ -326,37 +252,6 @@ impl<'a> Search<'a> {
             best_holds: best_holds.map(|(name, _)| name.to_owned()).collect(),
             values: values.collect(),
             file,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_stay_within_the_spread_and_come_back() {
-        for (low, high) in [(0.45, 1.3), (1.0, 500.0), (0.0, 0.004), (2.5e-5, 3.78e-4)] {
-            let unknown = Unknown { path: String::new(), low, high };
-            for k in 0..=20 {
-                let share = f64::from(k) / 20.0;
-                let value = unknown.value(share);
-                assert!((low..=high).contains(&value));
-                assert!((unknown.share(value) - share).abs() < 1e-4, "{low} {high} {share}");
-            }
-        }
-        let wide = Unknown { path: String::new(), low: 1.0, high: 100.0 };
-        assert_eq!(wide.value(0.5), 10.0, "the middle of a wide spread is its geometric mean");
-    }
-
-    #[test]
-    fn rows_are_read_as_they_were_written() {
-        let tried = Tried { values: vec![1.5, 2e-5], holds: vec![Some(true), None, Some(false)], note: "why".into() };
-        assert_eq!(Tried::parse(&tried.cells(), 2, 3), Some(tried.clone()));
-        for (place, wrong) in [(0, "x"), (1, "NaN"), (2, "2"), (4, "no")] {
-            let mut cells = tried.cells();
-            cells[place] = wrong.into();
-            assert_eq!(Tried::parse(&cells, 2, 3), None, "{wrong}");
         }
     }
 }

@@ -4,9 +4,7 @@ use hal_sim::body::{Plan, Track};
 use serde_json::{Value, json};
 
 use super::frames::Frames;
-
-/// The thesis measures speeds over this time, s.
-const MEASURED_S: [f64; 2] = [1.0, 2.0];
+use crate::sim::mean_speeds;
 
 /// Everything, as `host/assets/view/run.js` reads it.
 pub fn run(track: &Track, title: &str) -> Value {
@@ -61,15 +59,9 @@ fn plan(plan: &Plan) -> Value {
     })
 }
 
-/// Over the thesis's time, where the run covers it; else over its second half.
+/// As `scram sim` prints them: over the second half of the run.
 fn speeds(track: &Track) -> Value {
-    let (Some(first), Some(last)) = (track.snapshots.first(), track.snapshots.last()) else {
-        return Value::Null;
-    };
-    // A run of 2 s ends a rounding error before or after.
-    let covered = last.time_s >= MEASURED_S[1] - 1e-6;
-    let [from, to] = if covered { MEASURED_S } else { [0.5 * (first.time_s + last.time_s), last.time_s] };
-    track.speeds(from, to).map_or(Value::Null, |speeds| {
+    mean_speeds(track).map_or(Value::Null, |(speeds, [from, to])| {
         json!({
             "from_s": from,
             "to_s": to,

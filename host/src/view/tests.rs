@@ -174,7 +174,7 @@ fn long_short_and_empty_runs_have_a_page() {
 }
 
 #[test]
-fn speeds_are_the_thesiss_or_those_of_the_second_half() {
+fn speeds_are_those_of_the_second_half_and_a_clamped_robot_has_none() {
     let plan = plan();
     let speeds =
         |seconds: f64| embedded(&page(&synthetic::track(&plan, seconds, INTERVAL_S), "walk"))["speeds"].clone();
@@ -182,6 +182,10 @@ fn speeds_are_the_thesiss_or_those_of_the_second_half() {
     assert_eq!((whole["from_s"].as_f64(), whole["to_s"].as_f64()), (Some(1.0), Some(2.0)));
     let expected = synthetic::track(&plan, 2.0, INTERVAL_S).speeds(1.0, 2.0).unwrap();
     assert!((whole["longitudinal"].as_f64().unwrap() - expected.longitudinal).abs() < 1e-12);
-    let short = speeds(0.5);
-    assert_eq!((short["from_s"].as_f64(), short["to_s"].as_f64()), (Some(0.25), Some(0.5)));
+    for (seconds, from) in [(0.5, 0.25), (5.0, 2.5)] {
+        let other = speeds(seconds);
+        assert_eq!((other["from_s"].as_f64(), other["to_s"].as_f64()), (Some(from), Some(seconds)));
+    }
+    let clamped = Plan { clamped: Some(3), ..plan };
+    assert_eq!(embedded(&page(&synthetic::track(&clamped, 0.1, INTERVAL_S), "bench"))["speeds"], Value::Null);
 }

@@ -2,12 +2,12 @@
 
 use plotters::prelude::*;
 
-use super::{Drawn, FigureError, INK, font, sheet, tick};
+use super::{Area, Drawn, FigureError, Margins, Scale, axes, font, sheet};
 
-const GRID: RGBColor = RGBColor(225, 225, 225);
 const LINE: RGBColor = RGBColor(33, 102, 172);
 /// Of a panel, pixels.
 const SIZE: (i32, i32) = (760, 260);
+const MARGINS: Margins = Margins { left: 80, right: 24, top: 12, bottom: 46 };
 /// Over everything.
 const TITLE: i32 = 40;
 
@@ -35,7 +35,7 @@ pub fn draw(title: &str, x_label: &str, panels: &[Panel]) -> Result<String, Figu
     })
 }
 
-fn draw_panel(area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>, x_label: &str, panel: &Panel) -> Drawn {
+fn draw_panel(area: &Area<'_>, x_label: &str, panel: &Panel) -> Drawn {
     let mut points = panel.points.clone();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let reach = |sign: f64| points.iter().map(move |(_, mean, spread)| mean + sign * spread.unwrap_or(0.0));
@@ -45,27 +45,9 @@ fn draw_panel(area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>, x_labe
     );
     let ends = points.iter().map(|(x, ..)| *x);
     let x = padded(ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max));
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(12)
-        .margin_right(24)
-        .margin_left(10)
-        .x_label_area_size(46)
-        .y_label_area_size(70)
-        .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    let mark = |value: &f64| tick(*value);
-    chart
-        .configure_mesh()
-        .label_style(font(14))
-        .axis_desc_style(font(15))
-        .axis_style(INK)
-        .bold_line_style(GRID)
-        .light_line_style(TRANSPARENT)
-        .y_labels(6)
-        .x_label_formatter(&mark)
-        .y_label_formatter(&mark)
-        .x_desc(x_label)
-        .y_desc(&panel.y_label)
-        .draw()?;
+    let x = Scale { range: x, words: x_label, marks: 11 };
+    let y = Scale { range: y, words: &panel.y_label, marks: 6 };
+    let mut chart = axes(area, MARGINS, &x, &y)?;
     chart.draw_series(LineSeries::new(points.iter().map(|(x, mean, _)| (*x, *mean)), LINE.stroke_width(2)))?;
     for (x, mean, spread) in &points {
         if let Some(spread) = spread {

@@ -5,12 +5,17 @@ mod lines;
 mod maps;
 mod paths;
 
+use plotters::chart::ChartContext;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 pub use maps::{Figure, draw};
 
 /// Ink of axes and text.
 const INK: RGBColor = RGBColor(40, 40, 40);
+/// Grid.
+const GRID: RGBColor = RGBColor(225, 225, 225);
 /// What is missing.
 const MISSING: RGBColor = RGBColor(235, 235, 235);
 
@@ -24,13 +29,11 @@ pub struct FigureError {
 }
 
 type Drawn = Result<(), Box<dyn std::error::Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// Draws on a white sheet.
-fn sheet(
-    title: &str,
-    size: (u32, u32),
-    draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, plotters::coord::Shift>) -> Drawn,
-) -> Result<String, FigureError> {
+fn sheet(title: &str, size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, FigureError> {
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
@@ -40,6 +43,57 @@ fn sheet(
         root.present().map_err(|error| fail(error.to_string()))?;
     }
     Ok(text)
+}
+
+/// Room round a chart's own ground, pixels.
+#[derive(Clone, Copy)]
+struct Margins {
+    left: i32,
+    right: i32,
+    top: i32,
+    bottom: i32,
+}
+
+/// A range of values and what is written at it.
+struct Scale<'s> {
+    range: (f64, f64),
+    words: &'s str,
+    /// Marks, about.
+    marks: usize,
+}
+
+/// Axes with a grid.
+fn axes<'a, 'b>(
+    area: &'b Area<'a>,
+    margins: Margins,
+    x: &Scale<'_>,
+    y: &Scale<'_>,
+) -> Result<Chart<'a, 'b>, Box<dyn std::error::Error>> {
+    /// Left of the marks, pixels.
+    const EDGE: i32 = 10;
+    let mut chart = ChartBuilder::on(area)
+        .margin_top(margins.top)
+        .margin_right(margins.right)
+        .margin_left(EDGE)
+        .x_label_area_size(margins.bottom)
+        .y_label_area_size(margins.left - EDGE)
+        .build_cartesian_2d(x.range.0..x.range.1, y.range.0..y.range.1)?;
+    let mark = |value: &f64| tick(*value);
+    chart
+        .configure_mesh()
+        .label_style(font(14))
+        .axis_desc_style(font(15))
+        .axis_style(INK)
+        .bold_line_style(GRID)
+        .light_line_style(TRANSPARENT)
+        .x_labels(x.marks)
+        .y_labels(y.marks)
+        .x_label_formatter(&mark)
+        .y_label_formatter(&mark)
+        .x_desc(x.words)
+        .y_desc(y.words)
+        .draw()?;
+    Ok(chart)
 }
 
 fn font(size: i32) -> TextStyle<'static> {

@@ -2,20 +2,15 @@
 
 use plotters::prelude::*;
 
-use super::{Drawn, FigureError, INK, font, sheet, tick, width};
+use super::{Area, Drawn, FigureError, Margins, Scale, axes, font, sheet, tick, width};
 
-/// Grid.
-const GRID: RGBColor = RGBColor(228, 228, 228);
 /// From the lowest |f| to the highest: light to dark.
 const BLUES: [[u8; 3]; 2] = [[146, 197, 222], [5, 48, 97]];
 const REDS: [[u8; 3]; 2] = [[244, 165, 130], [103, 0, 31]];
 /// Inside of a panel, pixels.
 const SIDE: i32 = 380;
 /// Round it.
-const LEFT: i32 = 74;
-const TOP: i32 = 40;
-const BOTTOM: i32 = 50;
-const RIGHT: i32 = 16;
+const MARGINS: Margins = Margins { left: 74, right: 16, top: 40, bottom: 50 };
 /// Title and legend.
 const HEAD: i32 = 70;
 
@@ -41,7 +36,7 @@ pub fn draw(title: &str, panels: &[Panel]) -> Result<String, FigureError> {
     let high = ((f64::from(SIDE) * (y1 - y0) / (x1 - x0)).round() as i32).clamp(120, 2 * SIDE);
     let across = panels.len().clamp(1, 2) as i32;
     let down = (panels.len() as i32 + across - 1) / across;
-    let cell = (LEFT + wide + RIGHT, TOP + high + BOTTOM);
+    let cell = (MARGINS.left + wide + MARGINS.right, MARGINS.top + high + MARGINS.bottom);
     let mut frequencies: Vec<f64> = panels.iter().flat_map(|panel| panel.paths.iter().map(|path| path.f_hz)).collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies.dedup();
@@ -58,32 +53,11 @@ pub fn draw(title: &str, panels: &[Panel]) -> Result<String, FigureError> {
     })
 }
 
-type Root<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-
-fn draw_panel(area: &Root<'_>, panel: &Panel, frequencies: &[f64], x: (f64, f64), y: (f64, f64)) -> Drawn {
-    area.draw(&Text::new(panel.title.clone(), (LEFT, 14), font(16)))?;
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(TOP)
-        .margin_right(RIGHT)
-        .margin_left(10)
-        .x_label_area_size(BOTTOM)
-        .y_label_area_size(LEFT - 10)
-        .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    let mark = |value: &f64| tick(*value);
-    chart
-        .configure_mesh()
-        .label_style(font(14))
-        .axis_desc_style(font(15))
-        .axis_style(INK)
-        .bold_line_style(GRID)
-        .light_line_style(TRANSPARENT)
-        .x_labels(7)
-        .y_labels(7)
-        .x_label_formatter(&mark)
-        .y_label_formatter(&mark)
-        .x_desc("forward / mm")
-        .y_desc("to the left / mm")
-        .draw()?;
+fn draw_panel(area: &Area<'_>, panel: &Panel, frequencies: &[f64], x: (f64, f64), y: (f64, f64)) -> Drawn {
+    area.draw(&Text::new(panel.title.clone(), (MARGINS.left, 14), font(16)))?;
+    let x = Scale { range: x, words: "forward / mm", marks: 7 };
+    let y = Scale { range: y, words: "to the left / mm", marks: 7 };
+    let mut chart = axes(area, MARGINS, &x, &y)?;
     for path in &panel.paths {
         let style = colour(path.f_hz, frequencies).stroke_width(1);
         chart.draw_series(LineSeries::new(path.points.iter().map(|p| (p[0], p[1])), style))?;
@@ -94,7 +68,7 @@ fn draw_panel(area: &Root<'_>, panel: &Panel, frequencies: &[f64], x: (f64, f64)
     Ok(())
 }
 
-fn legend(root: &Root<'_>, frequencies: &[f64]) -> Drawn {
+fn legend(root: &Area<'_>, frequencies: &[f64]) -> Drawn {
     let mut x = 20;
     for f in frequencies {
         root.draw(&PathElement::new(vec![(x, 52), (x + 24, 52)], colour(*f, frequencies).stroke_width(3)))?;

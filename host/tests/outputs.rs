@@ -1,0 +1,106 @@
+//! Where outputs go: links, devices and pipes are what they were, and a full disk takes nothing away.
+#![cfg(unix)]
+
+mod common;
+
+use std::fs;
+use std::os::unix::fs::{FileTypeExt, symlink};
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::command::{command, refuses, succeeds, temporary};
+
+const EXPORT: &str = "export mjcf --robot @/robot.toml";
+const SIM: &str = "sim --robot @/robot.toml --seconds 0.3";
+
+/// Runs words in a shell: `script` has the command as `"$@"`.
+fn shell(directory: &Path, script: &str, words: &str) -> Output {
+    let inner = command(directory, words);
+    let mut shell = Command::new("bash");
+    shell.args(["-c", script, "bash"]).arg(inner.get_program()).args(inner.get_args()).current_dir(directory);
+    shell.output().unwrap()
+}
+
+/// A directory's files with what is in them, links as they are.
+fn files(directory: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap());
+    let files = entries.filter(|entry| entry.path().is_file());
+    let mut files: Vec<_> =
+        files.map(|e| (e.file_name().into_string().unwrap(), fs::read(e.path()).unwrap())).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn a_link_stays_and_its_target_is_replaced() {
+    let directory = temporary();
+    let at = |name: &str| directory.path().join(name);
+    fs::create_dir_all(at("far")).unwrap();
+    fs::create_dir_all(at("out")).unwrap();
+    for name in ["run.csv", "run.mcap", "path.svg"] {
+        fs::write(at("far").join(name), "before").unwrap();
+        symlink(Path::new("../far").join(name), at("out").join(name)).unwrap();
+    }
+    symlink("far/page.html", at("page.html")).unwrap();
+    symlink("far/robot.xml", at("robot.xml")).unwrap();
+    succeeds(directory.path(), &format!("{SIM} --view page.html"));
+    succeeds(directory.path(), &format!("{EXPORT} -o robot.xml"));
+    for name in ["run.csv", "run.mcap", "path.svg"] {
+        assert!(at("out").join(name).is_symlink(), "{name}");
+    }
+    assert!(at("page.html").is_symlink() && at("robot.xml").is_symlink());
+    let names: Vec<String> = files(&at("far")).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["page.html", "path.svg", "robot.xml", "run.csv", "run.mcap"], "and no temporary file");
+    assert!(files(&at("far")).iter().all(|(_, bytes)| bytes.len() > 1000), "all are new");
+    assert_eq!(fs::read_to_string(at("far/robot.xml")).unwrap(), succeeds(directory.path(), EXPORT));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_is_said_and_stays() {
+    let directory = temporary();
+    // By way of a link: what is written to by mistake is the link.
+    let link = directory.path().join("full");
+    symlink("/dev/full", &link).unwrap();
+    for words in [format!("{EXPORT} -o full"), format!("{SIM} --view full")] {
+        refuses(directory.path(), &words, 1, &["full cannot be written", "No space left"]);
+        assert!(link.is_symlink());
+        assert!(fs::metadata("/dev/full").unwrap().file_type().is_char_device());
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_is_written_on_whatever_it_is() {
+    let directory = temporary();
+    let model = succeeds(directory.path(), EXPORT);
+    let words = format!("{EXPORT} -o /dev/stdout");
+    assert_eq!(succeeds(directory.path(), &words), model, "a pipe");
+    let output = shell(directory.path(), "{ echo before; \"$@\"; echo after; } > all", &words);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(fs::read_to_string(directory.path().join("all")).unwrap(), format!("before\n{model}after\n"), "a file");
+}
+
+#[test]
+fn a_full_disk_names_the_file_and_takes_nothing_away() {
+    let directory = temporary();
+    succeeds(directory.path(), &format!("{SIM} --view page.html"));
+    succeeds(directory.path(), &format!("{EXPORT} -o robot.xml"));
+    let before = (files(directory.path()), files(&directory.path().join("out")));
+    // A limit on the size of files stands for a full disk; ignored, its signal is an error of the write.
+    let full = "trap '' XFSZ; ulimit -f 4; exec \"$@\"";
+    let says = [
+        (format!("{EXPORT} -o robot.xml"), "robot.xml cannot be written"),
+        (format!("{SIM} --seed 2"), "out/run.mcap"),
+        (format!("{SIM} --out new"), "new/run.mcap"),
+    ];
+    for (words, named) in says {
+        let output = shell(directory.path(), full, &words);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{words}: {message}");
+        assert!(message.contains(named), "{words}: {message}");
+    }
+    assert_eq!(files(directory.path()), before.0);
+    assert!(files(&directory.path().join("out")) == before.1, "nothing is lost, and no temporary file is left");
+    assert!(files(&directory.path().join("new")).is_empty());
+}
