@@ -142,19 +142,19 @@ fn the_unit_that_was_probably_meant() {
              0.04 N·m·s/rad; if it is in µN·m·s/rad, write 4e-5 N·m·s/rad",
         ),
         (
-            "normal_n_per_m = { value = 720.0,",
+            "normal_n_per_m = { value = 1900.0,",
             "normal_n_per_m = { value = 0.34,",
             "normal_n_per_m",
             "feet.normal_n_per_m.value: 0.34 is outside the allowed 1 … 1e6 N/m; if it is in N/mm, write 340 N/m",
         ),
         (
-            "normal_s_per_m = { value = 8.0,",
+            "normal_s_per_m = { value = 60.0,",
             "normal_s_per_m = { value = -0.05,",
             "normal_s_per_m",
             "feet.normal_s_per_m.value: -0.05 is outside the allowed 0 … 1000 s/m",
         ),
         (
-            "shear_n_s_per_m = { value = 3.0,",
+            "shear_n_s_per_m = { value = 6.5,",
             "shear_n_s_per_m = { value = 2000,",
             "shear_n_s_per_m",
             "feet.shear_n_s_per_m.value: 2000 is outside the allowed 0 … 1000 N·s/m",

@@ -20,8 +20,9 @@ struct Arguments {
     /// Only campaigns whose name contains this; may be given several times.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Without the campaigns that take minutes or time what an idle machine alone does well (rate, equal-error, sweep,
-    /// instructions); a row that is known not to hold (the speeds' RMS difference from MuJoCo's) is shown, not judged.
+    /// Without the campaigns that take minutes or time what an idle machine alone does well (corrected, rate,
+    /// equal-error, sweep, instructions); a row that is known not to hold (the speeds' RMS difference from MuJoCo's) is
+    /// shown, not judged.
     #[arg(long)]
     quick: bool,
     /// Also write the rows as JSON.

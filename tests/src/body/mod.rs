@@ -3,6 +3,7 @@
 
 pub mod bits;
 pub mod convergence;
+pub mod corrected;
 pub mod equal_error;
 pub mod highest;
 pub mod instructions;
@@ -51,7 +52,7 @@ impl Bench {
 }
 
 /// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
-pub const SLOW: [&str; 4] = ["rate", "equal-error", "sweep", "instructions"];
+pub const SLOW: [&str; 5] = ["corrected", "rate", "equal-error", "sweep", "instructions"];
 
 /// Rows that are known not to hold, by what they try. `--quick` prints them without judging them, so that it can tell a
 /// new failure from this one.
@@ -70,10 +71,12 @@ pub fn without_known(row: Row) -> Row {
 pub type Campaign = (&'static str, fn(&Bench) -> Vec<Row>);
 
 /// Every campaign.
-pub const CAMPAIGNS: [Campaign; 12] = [
+pub const CAMPAIGNS: [Campaign; 14] = [
     ("oscillation", oscillation::rows),
     ("paths", paths::rows),
     ("speeds", walking::rows),
+    ("roots", corrected::quick_rows),
+    ("corrected", corrected::rows),
     ("mirror", mirror::rows),
     ("highest", highest::rows),
     ("convergence", convergence::rows),

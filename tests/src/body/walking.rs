@@ -15,9 +15,9 @@ use super::reference::{ALPHAS_DEG, FREQUENCIES_HZ, at_step, conditions, plan, sp
 use crate::row::Row;
 
 /// Both steps, s.
-const STEP_S: f64 = 1e-4;
+pub(super) const STEP_S: f64 = 1e-4;
 /// What MuJoCo's own speeds change by when the free joint is on module 1 instead of 2.
-const MOST: [f64; 3] = [0.16, 0.07, 0.10];
+pub(super) const MOST: [f64; 3] = [0.16, 0.07, 0.10];
 /// Smaller speeds, as shares of the largest, may have any sign.
 const SMALL: f64 = 0.15;
 /// What the row of the differences tries.
@@ -27,8 +27,9 @@ pub const FILE: &str = "mujoco-speeds.csv";
 
 /// What the script prints.
 #[derive(Deserialize)]
-struct Printed {
-    speeds: Vec<[f64; 3]>,
+pub(super) struct Printed {
+    /// vx, vy (m/s) and yaw (rad/s), the frequencies of a model together.
+    pub speeds: Vec<[f64; 3]>,
 }
 
 /// The rows.
