@@ -50,7 +50,7 @@ fn the_two_module_bench_differs_in_modules_and_ground_only() {
     assert_eq!(bench, robot);
 }
 
-/// What walking takes from the shaft on average, N·m: at 8 to 9 Hz 0.2 to 0.4 mN·m (docs/body.md).
+/// What walking takes from the shaft on average at full voltage, N·m: 0.29 to 0.37 mN·m (docs/body.md).
 const WALKING_NM: f64 = 0.3e-3;
 
 /// The highest steady frequency under a load (N·m), Hz, from the file's own nominal numbers.
