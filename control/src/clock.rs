@@ -18,14 +18,6 @@ pub struct Elapsed {
     pub astray: bool,
 }
 
-impl Elapsed {
-    /// The time that the evidence of this sample counts for, s: it says nothing about the whole of a long pause.
-    #[must_use]
-    pub fn counted(&self, tick: f32) -> f32 {
-        clamp(self.seconds, 0.0, LONGEST_GAP * tick)
-    }
-}
-
 /// Follows the grid that the samples jitter about.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Clock {
@@ -165,7 +157,6 @@ mod tests {
         assert!(wrapped.astray && wrapped.jumped && (wrapped.seconds - 1e-3).abs() < 1e-9, "{wrapped:?}");
         let late = clock.advance(25_000, 1e-3);
         assert!(late.astray && late.jumped && (late.seconds - 25e-3).abs() < 1e-6, "{late:?}");
-        assert!((late.counted(1e-3) - 20e-3).abs() < 1e-6);
         let healthy = clock.advance(26_003, 1e-3);
         assert!(!healthy.astray && (healthy.seconds - 1.003e-3).abs() < 1e-8, "{healthy:?}");
     }

@@ -6,6 +6,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::Limits;
+use crate::self_check::Unready;
 use crate::supervisor::{Event, Fault};
 
 /// A command. Angles in rad, counter-clockwise positive, 0 in the middle of the potentiometer's gap; speeds in rad/s,
@@ -111,6 +112,15 @@ pub enum Refusal {
     Faulted(Fault),
     /// The cause of the fault is still there.
     CausePersists(Fault),
+    /// The robot is not fit to drive.
+    NotReady(Unready),
+    /// The value would weaken a failsafe beyond the factory's, in the unit of robot.toml.
+    WeakensFailsafe {
+        /// Lowest allowed.
+        low: f32,
+        /// Highest allowed.
+        high: f32,
+    },
     /// Only with the bridge off.
     Driving,
     /// The flash is being written: once more in a second.
@@ -132,6 +142,11 @@ impl core::fmt::Display for Refusal {
             }
             Self::Faulted(fault) => write!(f, "refused after the fault {fault:?}: clear it first"),
             Self::CausePersists(fault) => write!(f, "the cause of the fault {fault:?} persists"),
+            Self::NotReady(unready) => write!(f, "the robot does not drive: {unready}"),
+            Self::WeakensFailsafe { low, high } => write!(
+                f,
+                "it would weaken a failsafe: allowed are {low} to {high}; for more, change robot.toml and flash the robot"
+            ),
             Self::Driving => f.write_str("not while the motor is driven: stop it first"),
             Self::Saving => f.write_str("the flash is being written: try again in a second"),
             Self::NoParameter => f.write_str("there is no such parameter"),

@@ -18,16 +18,19 @@ use crate::clock::{Clock, Elapsed};
 use crate::command::{Command, Refusal};
 use crate::drive::{self, Drive};
 use crate::estimator::{Estimate, Estimator, Verdict};
+use crate::loop_health::LoopHealth;
 use crate::oscillator::Oscillator;
 use crate::parameters::{AngleSource, BlindArcHandling, ParameterError, Parameters, Tuning};
 use crate::position::{MovingAverage, PositionControl};
 use crate::sample::{Actuation, Sample};
 use crate::scalar::{clamp, sign};
+use crate::self_check::{SelfCheck, Unready};
 use crate::sensor::Reading;
 use crate::speed::SpeedControl;
 use crate::supervisor::{Event, Fault, State, Supervisor};
 use crate::telemetry::Telemetry;
 use crate::watch::{Facts, Watcher};
+use crate::winding::{Winding, standstill_current};
 
 /// What the present state works with.
 #[derive(Clone, Copy, Debug)]
@@ -64,13 +67,18 @@ pub struct Controller {
     actuation: Actuation,
     saturated: f32,
     battery: Option<f32>,
+    winding: Winding,
+    loop_health: LoopHealth,
+    self_check: SelfCheck,
+    /// Index of a parameter that is a weaker failsafe than the factory's.
+    weak_failsafe: Option<u16>,
     /// Speed of the last straight line of readings, rad/s.
     line_speed: Option<f32>,
     telemetry: Telemetry,
 }
 
 impl Controller {
-    /// A controller at rest in `Idle`.
+    /// A controller at rest in `Idle`, of a robot that has long been switched on and found in order, with a cold winding.
     ///
     /// # Errors
     /// What [`Parameters::check`] finds.
@@ -95,19 +103,28 @@ impl Controller {
             actuation: Actuation::OFF,
             saturated: 0.0,
             battery: None,
+            winding: Winding::default(),
+            loop_health: LoopHealth::default(),
+            self_check: SelfCheck::passed(),
+            weak_failsafe: None,
             line_speed: None,
             telemetry: Telemetry::default(),
         })
     }
 
     /// A controller of a robot that has just started: in `Fault` until `ClearFault`. A host repeats the command that it
-    /// holds, and a robot that starts again in the middle of it must not go on by itself.
+    /// holds, and a robot that starts again in the middle of it must not go on by itself. It drives only once it has checked
+    /// itself, and never with a failsafe that is weaker than in the `factory`'s parameters. How hot the winding is nobody
+    /// knows: hot.
     ///
     /// # Errors
     /// What [`Parameters::check`] finds.
-    pub fn restarted(parameters: &Parameters) -> Result<Self, ParameterError> {
+    pub fn restarted(parameters: &Parameters, factory: &Parameters) -> Result<Self, ParameterError> {
         let mut controller = Self::new(parameters)?;
         controller.supervisor.raise(Fault::Restarted);
+        controller.self_check = SelfCheck::pending();
+        controller.weak_failsafe = parameters.weaker_than(factory);
+        controller.winding = Winding::with_heat(HOT_SHARE * parameters.supervisor.overheated.limit);
         Ok(controller)
     }
 
@@ -144,6 +161,12 @@ impl Controller {
                 return Err(Refusal::CausePersists(fault));
             }
         }
+        if command.event().drives()
+            && !self.supervisor.state().is_driving()
+            && let Some(unready) = self.unready()
+        {
+            return Err(Refusal::NotReady(unready));
+        }
         let Some(before) = self.supervisor.request(command.event()) else {
             return Err(Refusal::Faulted(self.supervisor.fault().unwrap_or(Fault::CommandTooOld)));
         };
@@ -170,14 +193,26 @@ impl Controller {
         }
     }
 
-    /// Goes on with other parameters: from the next tick on, whatever the state.
+    /// Goes on with other parameters: from the next tick on, whatever the state. With a failsafe that is weaker than in the
+    /// `factory`'s it begins no drive.
     ///
     /// # Errors
     /// What [`Parameters::check`] finds; it goes on with those that it has.
-    pub fn retune(&mut self, parameters: &Parameters) -> Result<(), ParameterError> {
+    pub fn retune(&mut self, parameters: &Parameters, factory: &Parameters) -> Result<(), ParameterError> {
         parameters.check()?;
         self.parameters = *parameters;
+        self.weak_failsafe = parameters.weaker_than(factory);
         Ok(())
+    }
+
+    /// Why the bridge must not be switched on, if it must not.
+    fn unready(&self) -> Option<Unready> {
+        let missed = self.loop_health.missed();
+        let starved = missed > GONE_SHARE * self.parameters.supervisor.loop_starved.limit;
+        self.self_check
+            .finding()
+            .or(self.weak_failsafe.map(Unready::WeakFailsafe))
+            .or(starved.then_some(Unready::LoopStarved(missed)))
     }
 
     /// Age of a command with this stamp, s. From then on the samples' elapsed time is added, which no clock can stop.
@@ -219,6 +254,8 @@ impl Controller {
                 self.line_speed.unwrap_or(self.estimator.estimate().speed).abs() > limits.runaway.limit
             }
             Fault::ClockFault => self.astray,
+            Fault::LoopStarved => self.loop_health.missed() > GONE_SHARE * limits.loop_starved.limit,
+            Fault::Overheated => self.winding.heat() > GONE_SHARE * limits.overheated.limit,
             // The others only show while the bridge drives; they come back within their bounds.
             _ => false,
         }
@@ -231,7 +268,10 @@ impl Controller {
         self.astray = elapsed.astray;
         self.age += elapsed.seconds;
         let reading = self.parameters.sensor.read(sample.angle);
-        self.measure_battery(sample);
+        self.battery = self.parameters.battery.volt(sample.battery);
+        self.loop_health.advance(elapsed.seconds, self.parameters.tick, self.parameters.supervisor.starved_share);
+        let is_driving = self.supervisor.state().is_driving();
+        self.self_check.look(&self.parameters, sample, reading, is_driving);
         let (verdict, line) = self.observe(sample, reading, elapsed);
         self.supervise(sample, reading, verdict, line, elapsed);
         self.actuate(sample, elapsed);
@@ -242,11 +282,6 @@ impl Controller {
         }
         self.report(sample, reading, verdict);
         self.actuation
-    }
-
-    fn measure_battery(&mut self, sample: &Sample) {
-        let b = &self.parameters.battery;
-        self.battery = (b.volt_per_code > 0.0).then(|| b.volt_at_zero + b.volt_per_code * f32::from(sample.battery.0));
     }
 
     fn tuning(&self) -> Tuning {
@@ -344,6 +379,11 @@ impl Controller {
         line: Option<Line>,
         elapsed: Elapsed,
     ) {
+        // Where no angle is known, neither is the back-EMF.
+        let current = self.estimator.estimate().current;
+        let is_known = self.tracking && current.is_finite();
+        let current = if is_known { current } else { standstill_current(&self.parameters, self.actuation) };
+        self.winding.advance(&self.parameters, current, elapsed.seconds);
         let facts = Facts {
             code: sample.angle,
             reading,
@@ -355,9 +395,12 @@ impl Controller {
             age: self.age,
             since_sample: elapsed.seconds,
             astray: elapsed.astray,
+            missed: self.loop_health.missed(),
+            heat: self.winding.heat(),
         };
         let findings = self.watcher.look(&self.parameters, &facts);
-        self.supervisor.watch(&self.parameters.supervisor, &findings, elapsed.counted(self.parameters.tick));
+        let (limits, tick) = (&self.parameters.supervisor, self.parameters.tick);
+        self.supervisor.watch(limits, &findings, elapsed.seconds, tick, self.actuation.enable);
         if !self.supervisor.state().is_driving() {
             self.mode = Mode::Off;
         }
@@ -496,6 +539,10 @@ fn search_voltage(p: &Parameters, omega: f32, x: &Estimate, searching: f32) -> f
     SpeedControl::voltage_without_phase(p, direction * speed, x)
 }
 
+/// Of a limit on what gathers slowly: under this share its cause counts as gone.
+const GONE_SHARE: f32 = 0.5;
+/// Of the limit on the winding's heat: what a robot that has just started is taken to have.
+const HOT_SHARE: f32 = 0.75;
 /// No link keeps a command for longer, µs.
 const OLDEST_US: u64 = 60_000_000;
 

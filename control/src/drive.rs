@@ -71,8 +71,16 @@ mod tests {
 
     const BRIDGE: Bridge =
         Bridge { rail: 5.0, rail_resistance: 0.5, drop: 2.0, dead_duty: 0.01, deadband: 0.02, fade_current: 0.005 };
-    const MOTOR: Motor =
-        Motor { resistance: 16.0, torque_constant: 0.02, inertia: 1.4e-6, viscous: 1e-6, drag: 2e-3, drag_limit: 6e-3 };
+    const MOTOR: Motor = Motor {
+        resistance: 16.0,
+        torque_constant: 0.02,
+        inertia: 1.4e-6,
+        viscous: 1e-6,
+        drag: 2e-3,
+        drag_limit: 6e-3,
+        continuous_current: 0.1,
+        thermal_time_constant: 3.0,
+    };
 
     #[test]
     fn inversion_and_bridge_cancel_within_the_supply() {

@@ -31,7 +31,7 @@ pub enum State {
 /// Cause of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Fault {
-    /// Driven hard, and the shaft does not turn.
+    /// Driven, and the shaft does not turn.
     Stall,
     /// Faster than allowed, or turning against the drive.
     Runaway,
@@ -50,6 +50,10 @@ pub enum Fault {
     /// The processor has started: what drove before, and what is commanded since, was not meant for now. The only fault
     /// without a trigger: see [`Controller::restarted`](crate::Controller::restarted).
     Restarted,
+    /// The winding holds more heat than it may: whatever was ordered, and whatever no other trigger saw.
+    Overheated,
+    /// The control loop misses its periods: nobody watches between two samples.
+    LoopStarved,
 }
 
 /// What can happen to the state.
@@ -105,7 +109,7 @@ pub const EVENTS: [Event; 8] = [
     Event::Fault,
 ];
 /// Every fault.
-pub const FAULTS: [Fault; 9] = [
+pub const FAULTS: [Fault; 11] = [
     Fault::Stall,
     Fault::Runaway,
     Fault::SensorOpen,
@@ -115,6 +119,8 @@ pub const FAULTS: [Fault; 9] = [
     Fault::CommandTooOld,
     Fault::ClockFault,
     Fault::Restarted,
+    Fault::Overheated,
+    Fault::LoopStarved,
 ];
 
 const NO: Outcome = Outcome::Refused;
@@ -174,15 +180,17 @@ pub struct Trigger {
 }
 
 /// What is watched while the bridge drives. Earlier rows win where several are due at once.
-pub const TRIGGERS: [Trigger; 8] = [
+pub const TRIGGERS: [Trigger; 10] = [
     Trigger { fault: Fault::SupplyLow, unit: "V", watch: |limits| &limits.supply_low },
     Trigger { fault: Fault::CommandTooOld, unit: "s", watch: |limits| &limits.command_old },
+    Trigger { fault: Fault::LoopStarved, unit: "s", watch: |limits| &limits.loop_starved },
     Trigger { fault: Fault::ClockFault, unit: "s", watch: |limits| &limits.clock },
     Trigger { fault: Fault::SensorShorted, unit: "rad/s", watch: |limits| &limits.sensor_shorted },
     Trigger { fault: Fault::SensorFrozen, unit: "codes", watch: |limits| &limits.sensor_frozen },
     Trigger { fault: Fault::Runaway, unit: "rad/s", watch: |limits| &limits.runaway },
     Trigger { fault: Fault::Stall, unit: "rad/s", watch: |limits| &limits.stall },
     Trigger { fault: Fault::SensorOpen, unit: "rad/s", watch: |limits| &limits.sensor_open },
+    Trigger { fault: Fault::Overheated, unit: "", watch: |limits| &limits.overheated },
 ];
 
 /// What a tick says about one fault.
@@ -197,13 +205,17 @@ pub enum Evidence {
     Unknown,
 }
 
-/// Absence takes back evidence so many times as fast as presence gathers it: a single noisy tick must not hide a fault.
+/// Absence takes back evidence so many times as fast as presence gathers it, but a sample speaks for one control period at
+/// most, however long the pause before it: a single noisy tick must not hide a fault.
 const FORGET: f32 = 4.0;
 
 /// What a tick says about every fault, in the order of [`TRIGGERS`].
 pub type Findings = [Evidence; TRIGGERS.len()];
 
 /// The state machine with its timers.
+///
+/// Evidence outlives every order: what is ordered, and how often, takes back nothing of what was seen, and while the bridge is
+/// off it waits. Only a sample that shows the contrary and a person's `ClearFault` do.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Supervisor {
     state: State,
@@ -231,7 +243,7 @@ impl Supervisor {
         match outcome(before, event) {
             Outcome::Refused => None,
             Outcome::To(state) => {
-                if state != before {
+                if before == State::Fault && state != State::Fault {
                     self.lasted = [0.0; TRIGGERS.len()];
                 }
                 if state != State::Fault {
@@ -251,13 +263,15 @@ impl Supervisor {
         self.request(Event::Fault);
     }
 
-    /// Weighs the findings of a tick of `elapsed` s. Nothing is watched while the bridge is off.
-    pub fn watch(&mut self, limits: &Limits, findings: &Findings, elapsed: f32) {
-        if !self.state.is_driving() {
+    /// Weighs the findings of a sample that came `elapsed` s after the one before, in a loop with the period `tick` s. A finding
+    /// holds for the whole of that time, however long. Nothing is watched while the bridge is off; that it was on until this
+    /// sample counts, too, for an order may have switched it off since.
+    pub fn watch(&mut self, limits: &Limits, findings: &Findings, elapsed: f32, tick: f32, was_on: bool) {
+        if !self.state.is_driving() && !was_on {
             return;
         }
         let mut due = None;
-        let forgotten = FORGET * elapsed;
+        let forgotten = FORGET * tick;
         for ((trigger, finding), lasted) in TRIGGERS.iter().zip(findings).zip(&mut self.lasted) {
             match finding {
                 Evidence::Present => *lasted += elapsed,
@@ -282,15 +296,23 @@ mod tests {
     const WATCH: Watch = Watch { limit: 1.0, persistence: 0.1, bound: 0.2 };
     const LIMITS: Limits = Limits {
         stall: WATCH,
+        stall_window: 0.1,
         runaway: WATCH,
         sensor_open: WATCH,
         sensor_shorted: WATCH,
         sensor_frozen: WATCH,
         supply_low: WATCH,
+        supply_high: 5.0,
         slow_after: 0.5,
         command_old: WATCH,
         clock: WATCH,
+        loop_starved: WATCH,
+        starved_share: 0.1,
+        overheated: WATCH,
         driven_duty: 0.5,
+        driven_current: 0.01,
+        rest_least: 0.2,
+        rest_most: 100.0,
     };
 
     fn supervisor_in(state: State) -> Supervisor {
@@ -362,7 +384,7 @@ mod tests {
                 for tick in 0..200 {
                     let off = !supervisor.state().is_driving();
                     assert!(off == (!state.is_driving() || tick >= 100), "{state:?} {:?} {tick}", trigger.fault);
-                    supervisor.watch(&LIMITS, &findings, 1.001e-3);
+                    supervisor.watch(&LIMITS, &findings, 1.001e-3, 1e-3, false);
                 }
                 assert_eq!(
                     supervisor.fault() == Some(trigger.fault),
@@ -384,13 +406,39 @@ mod tests {
     fn evidence_that_is_unknown_waits_and_absence_takes_it_back() {
         let mut supervisor = supervisor_in(State::Speed);
         let with = |evidence| [evidence; TRIGGERS.len()];
-        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06);
-        supervisor.watch(&LIMITS, &with(Evidence::Unknown), 10.0);
+        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06, 1e-3, true);
+        supervisor.watch(&LIMITS, &with(Evidence::Unknown), 10.0, 1e-3, true);
         assert_eq!(supervisor.state(), State::Speed);
-        supervisor.watch(&LIMITS, &with(Evidence::Absent), 0.02);
-        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06);
+        // However long the pause, one sample takes back four periods.
+        supervisor.watch(&LIMITS, &with(Evidence::Absent), 10.0, 5e-3, true);
+        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.05, 1e-3, true);
         assert_eq!(supervisor.state(), State::Speed);
-        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06);
+        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.02, 1e-3, true);
         assert_eq!(supervisor.state(), State::Fault);
+    }
+
+    #[test]
+    fn no_order_takes_back_evidence_but_clearing_a_fault_does() {
+        let present = [Evidence::Present; TRIGGERS.len()];
+        let orders = EVENTS.iter().filter(|event| !matches!(event, Event::Fault | Event::Clear));
+        for first in orders.clone() {
+            for second in orders.clone() {
+                let mut supervisor = supervisor_in(State::Speed);
+                let mut on = 0;
+                for tick in 0..2000 {
+                    supervisor.request(if tick % 2 == 0 { *first } else { *second });
+                    let is_on = supervisor.state().is_driving();
+                    on += u32::from(is_on);
+                    supervisor.watch(&LIMITS, &present, 1e-3, 1e-3, is_on);
+                }
+                assert!(on <= 101, "{first:?}, {second:?}: driven for {on} ms");
+            }
+        }
+        let mut supervisor = supervisor_in(State::Speed);
+        supervisor.watch(&LIMITS, &present, 0.2, 1e-3, true);
+        supervisor.request(Event::Clear);
+        supervisor.request(Event::Speed);
+        supervisor.watch(&LIMITS, &present, 0.05, 1e-3, true);
+        assert_eq!(supervisor.state(), State::Speed);
     }
 }

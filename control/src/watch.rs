@@ -4,12 +4,14 @@
 //! parameters is longer than that while.
 
 use crate::acquire::Line;
+use crate::angle::wrap;
 use crate::estimator::Verdict;
 use crate::parameters::Parameters;
 use crate::sample::{Actuation, AdcCode};
 use crate::scalar::sign;
 use crate::sensor::Reading;
 use crate::supervisor::{Evidence, Fault, Findings, TRIGGERS};
+use crate::winding::standstill_current;
 
 /// What is known in a tick.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +36,10 @@ pub struct Facts {
     pub since_sample: f32,
     /// The samples' time stood still, went backwards or leapt.
     pub astray: bool,
+    /// Time of the control periods that were missed, s: see [`crate::loop_health`].
+    pub missed: f32,
+    /// Heat in the winding, as a multiple of what the continuous current keeps in it.
+    pub heat: f32,
 }
 
 /// Looks at the facts tick by tick.
@@ -45,6 +51,33 @@ pub struct Watcher {
     end: f32,
     /// The code that the reading may be frozen at.
     frozen_code: u16,
+    standstill: Standstill,
+}
+
+/// How long the wiper has shown one and the same place. Of the readings alone: an estimate may turn on while the shaft is
+/// blocked, and orders that reverse the drive again and again keep it turning.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standstill {
+    /// The reading that the later ones have stayed about, rad; nothing before the first.
+    place: Option<f32>,
+    /// For how long, s.
+    lasted: f32,
+}
+
+impl Standstill {
+    /// Takes in a reading after a time (s): whether a shaft that turns as fast as it must would have left the place by now.
+    /// A reading of the blind arc says nothing.
+    fn look(&mut self, p: &Parameters, reading: Reading, elapsed: f32) -> Option<bool> {
+        let Reading::Angle(angle) = reading else { return None };
+        if p.sensor.is_blind(angle) {
+            return None;
+        }
+        self.lasted += elapsed;
+        if self.place.is_none_or(|place| wrap(angle - place).abs() > p.supervisor.stall_window) {
+            *self = Self { place: Some(angle), lasted: 0.0 };
+        }
+        Some(self.lasted * p.supervisor.stall.limit > p.supervisor.stall_window)
+    }
 }
 
 /// So many accepted readings in a row are no coincidence of garbage within the gate.
@@ -74,19 +107,23 @@ impl Watcher {
             Some(Verdict::Blind) => self.accepted_run.saturating_sub(1),
             _ => 0,
         };
+        let stands = self.standstill.look(p, facts.reading, facts.since_sample);
         let mut findings = Findings::default();
         for (trigger, finding) in TRIGGERS.iter().zip(&mut findings) {
             *finding = match trigger.fault {
-                Fault::Stall => stall(p, facts),
+                Fault::Stall => stall(p, facts, stands),
                 Fault::Runaway => runaway(p, facts),
                 Fault::SensorOpen => self.open(p, facts),
                 Fault::SensorShorted => {
-                    if_so(same_end && facts.actuation.enable && facts.speed.abs() > p.supervisor.sensor_shorted.limit)
+                    let should_turn = facts.speed.abs() > p.supervisor.sensor_shorted.limit || has_current(p, facts);
+                    if_so(same_end && facts.actuation.enable && should_turn)
                 }
                 Fault::SensorFrozen => if_so(still && end.abs() < 0.5 && should_turn(p, facts)),
                 Fault::SupplyLow => if_so(facts.battery.is_some_and(|volt| volt < p.supervisor.supply_low.limit)),
                 Fault::CommandTooOld => if_so(facts.age > p.supervisor.command_old.limit),
                 Fault::ClockFault => if_so(facts.astray || facts.since_sample > p.supervisor.clock.limit),
+                Fault::LoopStarved => if_so(facts.missed > p.supervisor.loop_starved.limit),
+                Fault::Overheated => if_so(facts.heat > p.supervisor.overheated.limit),
                 // No sample tells.
                 Fault::Restarted => Evidence::Absent,
             };
@@ -94,12 +131,13 @@ impl Watcher {
         findings
     }
 
-    /// No reading that fits, although the model's shaft turns or is driven so hard that it should: a blocked shaft whose
-    /// wiper lies on insulation looks like an open sensor, and the model may hold it still with a drag that is not there.
+    /// No reading that fits, although the model's shaft turns or is driven, however weakly: a blocked shaft whose wiper lies on
+    /// insulation looks like an open sensor, and the model may hold it still with a drag that is not there.
     fn open(&self, p: &Parameters, facts: &Facts) -> Evidence {
         if self.accepted_run >= BELIEVABLE_RUN {
             Evidence::Absent
-        } else if facts.actuation.enable && (is_driven(p, facts) || facts.speed.abs() > p.supervisor.sensor_open.limit)
+        } else if has_current(p, facts)
+            || (facts.actuation.enable && facts.speed.abs() > p.supervisor.sensor_open.limit)
         {
             Evidence::Present
         } else {
@@ -112,21 +150,19 @@ fn is_driven(p: &Parameters, facts: &Facts) -> bool {
     facts.actuation.enable && facts.actuation.duty.abs() >= p.supervisor.driven_duty
 }
 
-fn stall(p: &Parameters, facts: &Facts) -> Evidence {
-    let limit = p.supervisor.stall.limit;
-    let slow = match (facts.line, facts.verdict) {
-        (Some(line), _) => line.speed.abs() < limit,
-        (None, Some(_)) => facts.speed.abs() < limit,
-        (None, None) => return Evidence::Unknown,
-    };
-    if !slow {
-        Evidence::Absent
-    } else if is_driven(p, facts) {
-        Evidence::Present
-    } else {
+/// The readings stay where they are although a current drives the shaft, however weak.
+fn stall(p: &Parameters, facts: &Facts, stands: Option<bool>) -> Evidence {
+    match stands {
+        Some(false) => Evidence::Absent,
+        Some(true) if has_current(p, facts) => Evidence::Present,
         // At rest without being driven says nothing: a blocked shaft rests too when its target happens to be where it is.
-        Evidence::Unknown
+        Some(true) | None => Evidence::Unknown,
     }
+}
+
+/// Whether the bridge would drive a current worth mentioning through a motor at rest.
+fn has_current(p: &Parameters, facts: &Facts) -> bool {
+    standstill_current(p, facts.actuation).abs() > p.supervisor.driven_current
 }
 
 fn runaway(p: &Parameters, facts: &Facts) -> Evidence {

@@ -11,19 +11,25 @@ mod common;
 fn loose() -> Parameters {
     let mut p = common::parameters();
     let s = &mut p.supervisor;
-    for watch in [
-        &mut s.stall,
-        &mut s.sensor_open,
-        &mut s.sensor_shorted,
-        &mut s.sensor_frozen,
-        &mut s.supply_low,
-        &mut s.clock,
-        &mut s.runaway,
+    for (watch, bound) in [
+        (&mut s.stall, 0.6),
+        (&mut s.sensor_open, 1.5),
+        (&mut s.sensor_shorted, 0.7),
+        (&mut s.sensor_frozen, 0.4),
+        (&mut s.supply_low, 0.15),
+        (&mut s.clock, 0.15),
+        (&mut s.runaway, 0.6),
+        (&mut s.overheated, 0.1),
     ] {
-        *watch = Watch { persistence: 0.0, bound: 10.0, ..*watch };
+        *watch = Watch { persistence: 0.0, bound, ..*watch };
     }
     s.slow_after = 0.0;
-    s.command_old = Watch { limit: 0.0, persistence: 0.0, bound: 2.0 };
+    s.command_old = Watch { limit: 0.0, persistence: 0.0, bound: 0.7 };
+    s.loop_starved = Watch { limit: 0.01, persistence: 0.0, bound: 0.2 };
+    s.supply_low.limit = 3.0;
+    s.supply_high = 60.0;
+    s.rest_least = 0.0;
+    s.rest_most = 100.0;
     s.runaway.limit = 1e4;
     p.limits.speed = 700.0;
     p.limits.least_speed = 0.0;
@@ -75,7 +81,7 @@ fn what_is_set_comes_back_and_nothing_else_moves() {
             base.limits.speed = 0.07;
         }
         if entry.name == "controller.supervisor.link_slow_s" {
-            base.supervisor.command_old.limit = 1.0;
+            base.supervisor.command_old.limit = 0.6;
         }
         for share in [0.0, 0.1, 0.37, 0.5, 0.9, 1.0f32] {
             let mut value = entry.low + share * (entry.high - entry.low);
@@ -187,15 +193,17 @@ fn what_contradicts_another_parameter_is_refused() {
     let mut base = common::parameters();
     base.limits.speed = 70.0;
     let contradictions = [
-        ("stall_persistence_s", 0.6, "stall_bound_s"),
-        ("runaway_persistence_s", 0.6, "runaway_bound_s"),
-        ("open_persistence_s", 0.9, "open_bound_s"),
-        ("shorted_persistence_s", 0.6, "shorted_bound_s"),
-        ("frozen_persistence_s", 0.4, "frozen_bound_s"),
-        ("supply_persistence_s", 0.2, "supply_bound_s"),
-        ("clock_persistence_s", 0.2, "clock_bound_s"),
+        ("stall_bound_s", 0.1, "stall_bound_s"),
+        ("runaway_bound_s", 0.05, "runaway_bound_s"),
+        ("open_bound_s", 0.2, "open_bound_s"),
+        ("shorted_bound_s", 0.2, "shorted_bound_s"),
+        ("frozen_bound_s", 0.05, "frozen_bound_s"),
+        ("supply_bound_s", 0.04, "supply_bound_s"),
+        ("clock_bound_s", 0.04, "clock_bound_s"),
+        ("starved_bound_s", 0.04, "starved_bound_s"),
+        ("supply_high_v", 3.0, "supply_high_v"),
+        ("rest_most_lsb", 0.1, "rest_most_lsb"),
         ("command_age_s", 0.6, "command_bound_s"),
-        ("command_persistence_s", 0.06, "command_bound_s"),
         ("command_bound_s", 0.4, "command_bound_s"),
         ("runaway_rad_per_s", 69.0, "runaway_rad_per_s"),
         ("runaway_rad_per_s", 70.0, "runaway_rad_per_s"),

@@ -53,7 +53,7 @@ fn commands_go_on_over_a_wrapped_clock() {
 #[test]
 fn after_a_restart_nothing_drives_until_the_fault_is_cleared() {
     let mut world = World::new();
-    world.controller = Controller::restarted(world.controller.parameters()).unwrap();
+    world.controller = Controller::restarted(&parameters(), &parameters()).unwrap();
     assert_eq!(ticks_driven(&mut world, 1000, |tick| 1000 * tick, Some(HOLD)), 0);
     let refused = Err(Refusal::Faulted(Fault::Restarted));
     for command in [HOLD, Command::Idle, Command::Coast, Command::Duty { duty: 1.0 }] {

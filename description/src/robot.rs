@@ -91,6 +91,8 @@ table! {
         gear_ratio: Quantity = 0.1..=10_000.0,
         /// Highest current that it bears for long.
         continuous_current_a: Quantity = 0.001..=100.0,
+        /// How fast the winding warms and cools against its housing: the first, shorter time constant.
+        thermal_time_constant_s: Quantity = 0.01..=1000.0,
     }
 }
 

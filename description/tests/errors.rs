@@ -14,6 +14,7 @@ rotor_inertia_kg_m2 = { value = 1.2e-6, low = 0.7e-6, high = 2.5e-6, source = "e
 viscous_nm_s_per_rad = { value = 1e-6, low = 0, high = 2e-6, source = "estimate" }
 gear_ratio = { value = 26.4, low = 26.0, high = 26.5, source = "data sheet" }
 continuous_current_a = { value = 0.1, low = 0.08, high = 0.12, source = "data sheet" }
+thermal_time_constant_s = { value = 3, low = 1, high = 5, source = "estimate" }
 
 [load]
 inertia_kg_m2 = { value = 2.5e-7, low = 1e-7, high = 4e-7, source = "estimate" }
@@ -56,8 +57,8 @@ fn the_unchanged_file_is_a_robot() {
 
 #[test]
 fn no_toml() {
-    says("[load]\n", "[load\n", "bench.toml:13: not valid TOML: unclosed table, expected `]`");
-    says("[load]", "[motor]", "bench.toml:13: not valid TOML: duplicate key");
+    says("[load]\n", "[load\n", "bench.toml:14: not valid TOML: unclosed table, expected `]`");
+    says("[load]", "[motor]", "bench.toml:14: not valid TOML: duplicate key");
 }
 
 #[test]
@@ -104,15 +105,15 @@ fn unknown_field() {
          …, high = …, source = \"…\" }` within 0.01 … 1000 Ω (Winding resistance)\n\
          bench.toml:5: motor.resistence_ohm: unknown field; did you mean `resistance_ohm`? allowed are resistance_ohm, \
          inductance_h, torque_constant_nm_per_a, rotor_inertia_kg_m2, viscous_nm_s_per_rad, gear_ratio, \
-         continuous_current_a",
+         continuous_current_a, thermal_time_constant_s",
     );
     says(
         "inertia_kg_m2 = { value = 2.5e-7, low = 1e-7, high = 4e-7, source = \"estimate\" }\n",
         "inertia = 3\n",
-        "bench.toml:13: load.inertia_kg_m2: field is missing in table [load]; add `inertia_kg_m2 = { value = …, low = …, \
+        "bench.toml:14: load.inertia_kg_m2: field is missing in table [load]; add `inertia_kg_m2 = { value = …, low = …, \
          high = …, source = \"…\" }` within 0 … 1 kg·m² (The eccentric (or the pendulum) about the shaft; with an \
          `[eccentric]`, what follows from it)\n\
-         bench.toml:14: load.inertia: unknown field; did you mean `inertia_kg_m2`? allowed are inertia_kg_m2",
+         bench.toml:15: load.inertia: unknown field; did you mean `inertia_kg_m2`? allowed are inertia_kg_m2",
     );
     says(
         "high = 17.25,",
@@ -122,7 +123,7 @@ fn unknown_field() {
     says(
         "[load]",
         "[wheel]\n[load]",
-        "bench.toml:13: wheel: unknown field; allowed are name, summary, motor, load, driver, supply, sensor, radio, \
+        "bench.toml:14: wheel: unknown field; allowed are name, summary, motor, load, driver, supply, sensor, radio, \
          body, backbone, eccentric, feet, ground, controller, effects",
     );
 }
@@ -140,11 +141,11 @@ fn wrong_type() {
         "value = \"15 ohm\"",
         "bench.toml:5: motor.resistance_ohm.value: expected a number in Ω, found a text",
     );
-    says("\"encoder\"", "true", "bench.toml:25: sensor.kind: expected a text, found a boolean");
+    says("\"encoder\"", "true", "bench.toml:26: sensor.kind: expected a text, found a boolean");
     says(
         "[supply]\nrail_v = { value = 5.0, low = 4.8, high = 5.2, source = \"data sheet\" }",
         "[[supply]]",
-        "bench.toml:21: supply: expected a table, found an array",
+        "bench.toml:22: supply: expected a table, found an array",
     );
     says("name = \"bench\"", "name = \"\"", "bench.toml:1: name: must not be empty");
 }
@@ -168,9 +169,9 @@ fn outside_the_range_with_the_unit_that_was_probably_meant() {
     says(
         "{ value = 2e-3, low = 1e-3, high = 3e-3,",
         "{ value = 20.0, low = 1e-3, high = 30.0,",
-        "bench.toml:30: effects.coulomb_friction.torque_nm.value: 20 is outside the allowed 0 … 10 N·m; if it is in mN·m, \
+        "bench.toml:31: effects.coulomb_friction.torque_nm.value: 20 is outside the allowed 0 … 10 N·m; if it is in mN·m, \
          write 0.02 N·m; if it is in µN·m, write 2e-5 N·m\n\
-         bench.toml:30: effects.coulomb_friction.torque_nm.high: 30 is outside the allowed 0 … 10 N·m; if it is in mN·m, \
+         bench.toml:31: effects.coulomb_friction.torque_nm.high: 30 is outside the allowed 0 … 10 N·m; if it is in mN·m, \
          write 0.03 N·m; if it is in µN·m, write 3e-5 N·m",
     );
     says(
@@ -181,7 +182,7 @@ fn outside_the_range_with_the_unit_that_was_probably_meant() {
     says(
         "value = 5e-7",
         "value = 0.55",
-        "bench.toml:19: driver.dead_time_s.value: 0.55 is outside the allowed 0 … 0.001 s; if it is in ms, write 5.5e-4 s; if it is in µs, write 5.5e-7 s",
+        "bench.toml:20: driver.dead_time_s.value: 0.55 is outside the allowed 0 … 0.001 s; if it is in ms, write 5.5e-4 s; if it is in µs, write 5.5e-7 s",
     );
 }
 
@@ -203,19 +204,19 @@ fn unknown_effect() {
         "[effects.coulomb_friction]",
         "[effects.coulumb_friction]",
         &format!(
-            "bench.toml:29: effects.coulumb_friction: unknown effect; did you mean `coulomb_friction`? allowed are {modelled}"
+            "bench.toml:30: effects.coulumb_friction: unknown effect; did you mean `coulomb_friction`? allowed are {modelled}"
         ),
     );
     says(
         "[effects.coulomb_friction]",
         "[effects.magic]",
-        &format!("bench.toml:29: effects.magic: unknown effect; allowed are {modelled}"),
+        &format!("bench.toml:30: effects.magic: unknown effect; allowed are {modelled}"),
     );
     says(
         "[effects.coulomb_friction]",
         "[effects.backlash]",
         &format!(
-            "bench.toml:29: effects.backlash: this effect has a name but is not modelled yet; remove the table; modelled \
+            "bench.toml:30: effects.backlash: this effect has a name but is not modelled yet; remove the table; modelled \
              are {modelled}"
         ),
     );
@@ -234,7 +235,7 @@ presliding_deg = {{ value = 0.2, low = 0.05, high = 1.0, source = \"estimate\" }
     );
     says_of(
         &text,
-        "bench.toml:29: effects.coulomb_friction: stands beside stribeck_friction, which contains it; keep one of the two \
+        "bench.toml:30: effects.coulomb_friction: stands beside stribeck_friction, which contains it; keep one of the two \
          tables",
     );
 }
@@ -244,13 +245,13 @@ fn unknown_sensor() {
     says(
         "\"encoder\"",
         "\"potentiometre\"",
-        "bench.toml:25: sensor.kind: unknown kind `potentiometre`; did you mean `potentiometer`? allowed are ideal, \
+        "bench.toml:26: sensor.kind: unknown kind `potentiometre`; did you mean `potentiometer`? allowed are ideal, \
          encoder, potentiometer",
     );
     says(
         "kind = \"encoder\"\n",
         "",
-        "bench.toml:24: sensor.kind: field is missing in table [sensor]; add `kind = \"…\"`, allowed are ideal, encoder, \
+        "bench.toml:25: sensor.kind: field is missing in table [sensor]; add `kind = \"…\"`, allowed are ideal, encoder, \
          potentiometer (which kind of sensor)",
     );
 }
@@ -260,7 +261,7 @@ fn steps_must_be_whole() {
     says(
         "value = 2048, low = 2048, high = 2048",
         "value = 2048.5, low = 2048, high = 2049",
-        "bench.toml:18: driver.pwm_steps: must be a whole number; write it without a fraction",
+        "bench.toml:19: driver.pwm_steps: must be a whole number; write it without a fraction",
     );
 }
 
@@ -280,7 +281,7 @@ divider = { value = 0.5, low = 0.49, high = 0.51, source = "chosen" }
 fn a_battery_curve_that_is_none() {
     let with = |curve: &str| format!("{BENCH}{}", BATTERY.replace("[[0.0, 3.5], [0.5, 3.9], [1.0, 4.2]]", curve));
     Robot::parse(&with("[[0, 3.5], [1, 4.2]]"), "bench.toml").unwrap();
-    let field = "bench.toml:36: supply.battery.open_circuit_v";
+    let field = "bench.toml:37: supply.battery.open_circuit_v";
     says_of(
         &with("[[0, 4.2], [1, 3.5]]"),
         &format!("{field}: charge and voltage must both increase; order the pairs from empty to full"),
@@ -371,7 +372,7 @@ fn everything_wrong_is_said_at_once_in_the_order_of_the_text() {
     let error = Robot::parse(&text, "bench.toml").unwrap_err();
     let lines: Vec<_> =
         error.problems().iter().map(|problem| (problem.line.unwrap(), problem.field.as_str())).collect();
-    assert_eq!(lines, [(1, "load"), (5, "motor.resistance_ohm.value"), (13, "lode"), (25, "sensor.kind")]);
+    assert_eq!(lines, [(1, "load"), (5, "motor.resistance_ohm.value"), (14, "lode"), (26, "sensor.kind")]);
 }
 
 #[test]

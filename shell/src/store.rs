@@ -11,9 +11,9 @@
 //! firmware does not read nonsense. `origin` says beside what the content is right: see [`parameters`].
 //!
 //! # Wear
-//! A record of parameters takes 568 bytes, a page of 4096 bytes 7 of them, and every page is erased once in `7 × pages`
+//! A record of parameters takes 624 bytes, a page of 4096 bytes 6 of them, and every page is erased once in `6 × pages`
 //! saves. SPI flash lasts 100 000 erasures a sector (e.g. Winbond W25Q32JV, "Endurance"): a partition of 24 KiB, 6 pages,
-//! takes 4.2 million saves, one every ten minutes for 80 years. A pairing takes 100 bytes. What is equal to the stored is
+//! takes 3.6 million saves, one every ten minutes for 68 years. A pairing takes 100 bytes. What is equal to the stored is
 //! not written again.
 //!
 //! # When

@@ -110,7 +110,7 @@ fn minute() -> (Run, Vec<(f64, Option<Answer>)>) {
 
 fn run_minute() -> (Run, Vec<PlainTick>) {
     let (run, _) = minute();
-    let controller = Controller::restarted(&stored()).expect("sound parameters");
+    let controller = Controller::restarted(&stored(), &stored()).expect("sound parameters");
     let plain = plain(controller, simulated(), MIDDLE_US, &heard(&run), run.actuations().len() as u64);
     (run, plain)
 }

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 
 use common::{DRIVE, Run, SETTINGS, Trial, driving, give, punctual, ready, until};
 use control::protocol::radio::{Answer, Do, FromRobot, Reset, ToRobot, What};
-use control::{Actuation, AdcCode, Command, Controller, State};
+use control::{Actuation, AdcCode, Command, Controller, Refusal, State, Unready};
 use embassy_futures::join::join;
 use embassy_time::Timer;
 use shell::board::{Bridge, Converter, Watchdog};
@@ -152,10 +152,16 @@ fn a_tick_that_is_kept_out_counts_for_the_nearest_period_and_the_next_is_on_the_
 }
 
 #[test]
-fn a_processor_that_is_too_slow_ticks_every_other_period_and_the_radio_goes_on() {
+fn a_processor_that_is_too_slow_is_not_driven_ticks_every_other_period_and_the_radio_goes_on() {
     let mut trial = Trial::punctual(2);
     trial.setup.robots[0].conversion_us = 300;
-    let run = trial.run(3.0, driving(3.0));
+    let run = trial.run(3.0, |console| async move {
+        ready(&console).await;
+        until(0.5).await;
+        let answer = give(&console, DRIVE).await;
+        assert!(matches!(answer, Some(Answer::Refused(Refusal::NotReady(Unready::LoopStarved(_))))), "{answer:?}");
+    });
+    assert_eq!(run.last_on_us(), None);
     assert_eq!((run.counters.ticks, run.counters.missed_deadlines), (1500, 1499));
     assert_eq!(periods(&run, 2000).len(), 1500);
     assert_eq!(run.counters.received as usize, run.said.len());

@@ -126,6 +126,11 @@ impl Parameters {
         at_least("controller.supervisor.command_age_s", command.limit, supervisor.slow_after)?;
         at_least("controller.supervisor.command_bound_s", command.bound, command.limit + command.persistence)?;
         at_least("controller.supervisor.clock_bound_s", supervisor.clock.bound, supervisor.clock.persistence)?;
+        let (starved, overheated) = (&supervisor.loop_starved, &supervisor.overheated);
+        at_least("controller.supervisor.starved_bound_s", starved.bound, starved.limit + starved.persistence)?;
+        at_least("controller.supervisor.heat_bound_s", overheated.bound, overheated.persistence)?;
+        at_least("controller.supervisor.supply_high_v", supervisor.supply_high, supply.limit)?;
+        at_least("controller.supervisor.rest_most_lsb", supervisor.rest_most, supervisor.rest_least)?;
         at_least("controller.limits.frequency_hz", limits.speed / TAU, limits.least_speed / TAU)?;
         // What may be commanded must not count as running away.
         if supervisor.runaway.limit <= limits.speed {
@@ -142,7 +147,9 @@ impl Motor {
         positive("motor.inertia", self.inertia, 1e3)?;
         within("motor.viscous", self.viscous, 0.0, 1e3)?;
         within("motor.drag", self.drag, 0.0, 1e3)?;
-        within("motor.drag_limit", self.drag_limit, self.drag, 1e4)
+        within("motor.drag_limit", self.drag_limit, self.drag, 1e4)?;
+        positive("motor.continuous_current", self.continuous_current, 1e3)?;
+        positive("motor.thermal_time_constant", self.thermal_time_constant, 1e4)
     }
 }
 

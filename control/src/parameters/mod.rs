@@ -6,6 +6,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::sample::AdcCode;
 use crate::sensor::SensorMap;
 
 mod check;
@@ -29,6 +30,10 @@ pub struct Motor {
     pub drag: f32,
     /// The estimator keeps its drag torque from `−drag_limit / 4` to this, N·m.
     pub drag_limit: f32,
+    /// Current that the winding bears for ever, A.
+    pub continuous_current: f32,
+    /// How fast the winding warms and cools, s.
+    pub thermal_time_constant: f32,
 }
 
 /// One control period of the motor, exactly discretised with voltage and torque held (zero-order hold):
@@ -110,6 +115,14 @@ pub struct Battery {
     pub volt_per_code: f32,
     /// Cell voltage at code 0, V.
     pub volt_at_zero: f32,
+}
+
+impl Battery {
+    /// Voltage of the cell from its code; nothing where it is not measured.
+    #[must_use]
+    pub fn volt(&self, code: AdcCode) -> Option<f32> {
+        (self.volt_per_code > 0.0).then(|| self.volt_at_zero + self.volt_per_code * f32::from(code.0))
+    }
 }
 
 /// How much the filter believes model and reading.
@@ -252,8 +265,10 @@ pub struct Watch {
 /// The supervisor's limits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Supervisor {
-    /// Driven hard and slower than this, rad/s.
+    /// Driven and slower than this, rad/s.
     pub stall: Watch,
+    /// A shaft turns when its reading leaves this far behind within the time that the limit of `stall` takes, rad.
+    pub stall_window: f32,
     /// Faster than this, or driven hard and turning the other way, rad/s.
     pub runaway: Watch,
     /// No believable reading while the shaft should turn faster than this, rad/s.
@@ -264,14 +279,28 @@ pub struct Supervisor {
     pub sensor_frozen: Watch,
     /// Cell below this, V.
     pub supply_low: Watch,
+    /// Cell above this, V: no drive begins.
+    pub supply_high: f32,
     /// No sign of life for longer than this, s: the duty fades to zero until `command_old`.
     pub slow_after: f32,
     /// Command older than this, s. Its bound counts from the last command, so it holds the age and the persistence.
     pub command_old: Watch,
     /// Samples further apart than this, or whose time stands still, goes backwards or leaps, s.
     pub clock: Watch,
+    /// Control periods missed for longer than this in all, s, less `starved_share` of the time.
+    pub loop_starved: Watch,
+    /// Share of the control periods that may be missed for ever.
+    pub starved_share: f32,
+    /// The winding holds more heat than this, as a multiple of what the continuous current keeps in it.
+    pub overheated: Watch,
     /// |duty| from which on the shaft counts as driven hard.
     pub driven_duty: f32,
+    /// Current through a motor at rest from which on the shaft counts as driven, A.
+    pub driven_current: f32,
+    /// Mean change of the wiper's code from reading to reading at rest: less is no converter that works, counts.
+    pub rest_least: f32,
+    /// The same: more is no sound contact, counts.
+    pub rest_most: f32,
 }
 
 /// What may be commanded.

@@ -20,6 +20,7 @@ use core::f32::consts::TAU;
 
 use super::check::{ROUNDING, within};
 use super::{ParameterError, Parameters};
+use crate::command::Refusal;
 use crate::scalar::clamp;
 
 /// What a value is.
@@ -44,8 +45,21 @@ pub struct Entry {
     pub low: f32,
     /// Highest value that is ever taken.
     pub high: f32,
+    /// Whether a change of it weakens a failsafe.
+    pub weaker: Weaker,
     get: fn(&Parameters) -> f32,
     set: fn(&mut Parameters, f32),
+}
+
+/// Which change of a number weakens a failsafe: lets a fault last longer, or go unseen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weaker {
+    /// None does.
+    Never,
+    /// A greater one.
+    Above,
+    /// A smaller one.
+    Below,
 }
 
 /// Why a value is not set. The set stays as it was.
@@ -91,6 +105,7 @@ macro_rules! real {
             kind: Kind::Real,
             low: $low,
             high: $high,
+            weaker: Weaker::Never,
             get: |parameters| parameters.$($field).+,
             set: |parameters, value| parameters.$($field).+ = value,
         }
@@ -128,25 +143,38 @@ macro_rules! whole {
             kind: Kind::Whole,
             low: $low,
             high: $high,
+            weaker: Weaker::Never,
             get: |parameters| f32::from(parameters.$($field).+),
             set: |parameters, value| parameters.$($field).+ = nearest_count(value),
         }
     };
 }
 
-/// The entries, each at its index.
+/// A failsafe that a greater number weakens.
+const fn at_most(entry: Entry) -> Entry {
+    Entry { weaker: Weaker::Above, ..entry }
+}
+
+/// A failsafe that a smaller number weakens.
+const fn at_least(entry: Entry) -> Entry {
+    Entry { weaker: Weaker::Below, ..entry }
+}
+
+/// The entries, each at its index. The weak end of a failsafe's range is what the fault campaign drives with
+/// (docs/safety.md): beyond it nobody has seen that the bridge goes off in time. `runaway_rad_per_s` alone has no such end, for it
+/// follows from the fastest command.
 pub const TABLE: &[Entry] = &[
     degrees!("controller.estimator.edge_margin_deg", 0.0, 30.0, sensor.edge_margin),
-    real!("controller.estimator.speed_rad_per_s", "rad/s", 1e-4, 100.0, estimator.speed.speed),
-    real!("controller.estimator.stroke_speed_rad_per_s", "rad/s", 1e-4, 100.0, estimator.stroke.speed),
-    degrees!("controller.estimator.blind_reading_deg", 1.0, 1e4, estimator.blind_reading),
-    real!("controller.estimator.gate_sigma", "", 1.0, 100.0, estimator.gate),
-    whole!("controller.estimator.rejected_limit", 2.0, 10_000.0, estimator.rejected_limit),
-    degrees!("controller.estimator.initial_angle_deg", 0.01, 180.0, estimator.initial_angle),
-    real!("controller.estimator.initial_rad_per_s", "rad/s", 0.01, 1000.0, estimator.initial_speed),
-    whole!("controller.estimator.acquire_samples", 6.0, 16.0, acquisition.samples),
-    degrees!("controller.estimator.acquire_residual_deg", 0.01, 90.0, acquisition.residual),
-    real!("controller.estimator.acquire_least_rad_per_s", "rad/s", 0.01, 1000.0, acquisition.least_speed),
+    at_most(real!("controller.estimator.speed_rad_per_s", "rad/s", 1e-4, 0.02, estimator.speed.speed)),
+    at_most(real!("controller.estimator.stroke_speed_rad_per_s", "rad/s", 1e-4, 0.2, estimator.stroke.speed)),
+    at_least(degrees!("controller.estimator.blind_reading_deg", 250.0, 1e4, estimator.blind_reading)),
+    at_most(real!("controller.estimator.gate_sigma", "", 1.0, 5.0, estimator.gate)),
+    at_most(whole!("controller.estimator.rejected_limit", 2.0, 20.0, estimator.rejected_limit)),
+    at_most(degrees!("controller.estimator.initial_angle_deg", 0.01, 5.0, estimator.initial_angle)),
+    at_most(real!("controller.estimator.initial_rad_per_s", "rad/s", 0.01, 10.0, estimator.initial_speed)),
+    at_least(whole!("controller.estimator.acquire_samples", 10.0, 16.0, acquisition.samples)),
+    at_most(degrees!("controller.estimator.acquire_residual_deg", 0.01, 3.0, acquisition.residual)),
+    at_least(real!("controller.estimator.acquire_least_rad_per_s", "rad/s", 6.0, 1000.0, acquisition.least_speed)),
     real!("controller.estimator.acquire_rad_per_s", "rad/s", 0.01, 1000.0, acquisition.speed),
     real!("controller.estimator.acquire_patience_s", "s", 1e-3, 10.0, acquisition.patience),
     real!("controller.position.proportional_v_per_rad", "V/rad", 1e-3, 1e4, position.proportional),
@@ -159,33 +187,44 @@ pub const TABLE: &[Entry] = &[
     real!("controller.oscillator.proportional_v_per_rad", "V/rad", 1e-3, 1e4, oscillator.proportional),
     degrees!("controller.oscillator.switch_margin_deg", 0.0, 57.0, oscillator.switch_margin),
     // At 0 every standstill would count as driven hard.
-    real!("controller.supervisor.driven_duty", "", 0.01, 1.0, supervisor.driven_duty),
-    real!("controller.supervisor.stall_rad_per_s", "rad/s", 0.0, 1000.0, supervisor.stall.limit),
-    real!("controller.supervisor.stall_persistence_s", "s", 0.0, 10.0, supervisor.stall.persistence),
-    real!("controller.supervisor.stall_bound_s", "s", 0.0, 10.0, supervisor.stall.bound),
-    real!("controller.supervisor.runaway_rad_per_s", "rad/s", 0.1, 1e4, supervisor.runaway.limit),
-    real!("controller.supervisor.runaway_persistence_s", "s", 0.0, 10.0, supervisor.runaway.persistence),
-    real!("controller.supervisor.runaway_bound_s", "s", 0.0, 10.0, supervisor.runaway.bound),
-    real!("controller.supervisor.open_rad_per_s", "rad/s", 0.0, 1000.0, supervisor.sensor_open.limit),
-    real!("controller.supervisor.open_persistence_s", "s", 0.0, 10.0, supervisor.sensor_open.persistence),
-    real!("controller.supervisor.open_bound_s", "s", 0.0, 10.0, supervisor.sensor_open.bound),
-    real!("controller.supervisor.shorted_rad_per_s", "rad/s", 0.0, 1000.0, supervisor.sensor_shorted.limit),
-    real!("controller.supervisor.shorted_persistence_s", "s", 0.0, 10.0, supervisor.sensor_shorted.persistence),
-    real!("controller.supervisor.shorted_bound_s", "s", 0.0, 10.0, supervisor.sensor_shorted.bound),
-    real!("controller.supervisor.frozen_lsb", "LSB", 0.0, 100.0, supervisor.sensor_frozen.limit),
-    real!("controller.supervisor.frozen_persistence_s", "s", 0.0, 10.0, supervisor.sensor_frozen.persistence),
-    real!("controller.supervisor.frozen_bound_s", "s", 0.0, 10.0, supervisor.sensor_frozen.bound),
-    real!("controller.supervisor.supply_v", "V", 0.0, 60.0, supervisor.supply_low.limit),
-    real!("controller.supervisor.supply_persistence_s", "s", 0.0, 10.0, supervisor.supply_low.persistence),
-    real!("controller.supervisor.supply_bound_s", "s", 0.0, 10.0, supervisor.supply_low.bound),
-    // Its bound holds the age, and is 10 s at most.
-    real!("controller.supervisor.link_slow_s", "s", 0.0, 1.0, supervisor.slow_after),
-    real!("controller.supervisor.command_age_s", "s", 0.0, 1.0, supervisor.command_old.limit),
-    real!("controller.supervisor.command_persistence_s", "s", 0.0, 1.0, supervisor.command_old.persistence),
-    real!("controller.supervisor.command_bound_s", "s", 0.0, 2.0, supervisor.command_old.bound),
-    real!("controller.supervisor.clock_gap_s", "s", 1e-3, 1.0, supervisor.clock.limit),
-    real!("controller.supervisor.clock_persistence_s", "s", 0.0, 10.0, supervisor.clock.persistence),
-    real!("controller.supervisor.clock_bound_s", "s", 0.0, 10.0, supervisor.clock.bound),
+    at_most(real!("controller.supervisor.driven_duty", "", 0.01, 0.7, supervisor.driven_duty)),
+    at_least(real!("controller.supervisor.stall_rad_per_s", "rad/s", 4.0, 1000.0, supervisor.stall.limit)),
+    at_most(real!("controller.supervisor.stall_persistence_s", "s", 0.0, 0.25, supervisor.stall.persistence)),
+    at_most(real!("controller.supervisor.stall_bound_s", "s", 0.0, 0.6, supervisor.stall.bound)),
+    at_most(real!("controller.supervisor.runaway_rad_per_s", "rad/s", 0.1, 1e4, supervisor.runaway.limit)),
+    at_most(real!("controller.supervisor.runaway_persistence_s", "s", 0.0, 0.1, supervisor.runaway.persistence)),
+    at_most(real!("controller.supervisor.runaway_bound_s", "s", 0.0, 0.6, supervisor.runaway.bound)),
+    at_most(real!("controller.supervisor.open_rad_per_s", "rad/s", 0.0, 7.0, supervisor.sensor_open.limit)),
+    at_most(real!("controller.supervisor.open_persistence_s", "s", 0.0, 0.4, supervisor.sensor_open.persistence)),
+    at_most(real!("controller.supervisor.open_bound_s", "s", 0.0, 1.5, supervisor.sensor_open.bound)),
+    at_most(real!("controller.supervisor.shorted_rad_per_s", "rad/s", 0.0, 7.0, supervisor.sensor_shorted.limit)),
+    at_most(real!("controller.supervisor.shorted_persistence_s", "s", 0.0, 0.3, supervisor.sensor_shorted.persistence)),
+    at_most(real!("controller.supervisor.shorted_bound_s", "s", 0.0, 0.7, supervisor.sensor_shorted.bound)),
+    at_least(real!("controller.supervisor.frozen_lsb", "LSB", 0.5, 100.0, supervisor.sensor_frozen.limit)),
+    at_most(real!("controller.supervisor.frozen_persistence_s", "s", 0.0, 0.1, supervisor.sensor_frozen.persistence)),
+    at_most(real!("controller.supervisor.frozen_bound_s", "s", 0.0, 0.4, supervisor.sensor_frozen.bound)),
+    at_least(real!("controller.supervisor.supply_v", "V", 3.0, 60.0, supervisor.supply_low.limit)),
+    at_most(real!("controller.supervisor.supply_persistence_s", "s", 0.0, 0.06, supervisor.supply_low.persistence)),
+    at_most(real!("controller.supervisor.supply_bound_s", "s", 0.0, 0.15, supervisor.supply_low.bound)),
+    at_most(real!("controller.supervisor.link_slow_s", "s", 0.0, 0.4, supervisor.slow_after)),
+    at_most(real!("controller.supervisor.command_age_s", "s", 0.0, 0.6, supervisor.command_old.limit)),
+    at_most(real!("controller.supervisor.command_persistence_s", "s", 0.0, 0.05, supervisor.command_old.persistence)),
+    at_most(real!("controller.supervisor.command_bound_s", "s", 0.0, 0.7, supervisor.command_old.bound)),
+    at_most(real!("controller.supervisor.clock_gap_s", "s", 1e-3, 0.025, supervisor.clock.limit)),
+    at_most(real!("controller.supervisor.clock_persistence_s", "s", 0.0, 0.06, supervisor.clock.persistence)),
+    at_most(real!("controller.supervisor.clock_bound_s", "s", 0.0, 0.15, supervisor.clock.bound)),
+    at_most(real!("controller.supervisor.starved_s", "s", 0.01, 0.06, supervisor.loop_starved.limit)),
+    at_most(real!("controller.supervisor.starved_persistence_s", "s", 0.0, 0.01, supervisor.loop_starved.persistence)),
+    at_most(real!("controller.supervisor.starved_bound_s", "s", 0.01, 0.2, supervisor.loop_starved.bound)),
+    at_most(real!("controller.supervisor.starved_share", "", 0.0, 0.12, supervisor.starved_share)),
+    at_most(real!("controller.supervisor.heat_share", "", 1.0, 3.0, supervisor.overheated.limit)),
+    at_most(real!("controller.supervisor.heat_persistence_s", "s", 0.0, 0.01, supervisor.overheated.persistence)),
+    at_most(real!("controller.supervisor.heat_bound_s", "s", 0.0, 0.1, supervisor.overheated.bound)),
+    at_most(real!("controller.supervisor.driven_a", "A", 1e-4, 0.02, supervisor.driven_current)),
+    at_least(degrees!("controller.supervisor.stall_window_deg", 5.0, 30.0, supervisor.stall_window)),
+    at_most(real!("controller.supervisor.supply_high_v", "V", 3.0, 60.0, supervisor.supply_high)),
+    at_least(real!("controller.supervisor.rest_least_lsb", "LSB", 0.0, 100.0, supervisor.rest_least)),
+    at_most(real!("controller.supervisor.rest_most_lsb", "LSB", 0.0, 120.0, supervisor.rest_most)),
     hertz!("controller.limits.frequency_hz", 0.01, 150.0, limits.speed),
     hertz!("controller.limits.least_frequency_hz", 0.0, 100.0, limits.least_speed),
     degrees!("controller.limits.least_stroke_deg", 0.1, 343.0, limits.least_stroke),
@@ -203,7 +242,27 @@ pub fn get(parameters: &Parameters, index: u16) -> Option<f32> {
     TABLE.get(usize::from(index)).map(|entry| (entry.get)(parameters))
 }
 
+/// Refuses a value (in the entry's unit) that is a weaker failsafe than the factory's.
+///
+/// # Errors
+/// [`Refusal::WeakensFailsafe`] with what is allowed; an index beyond the table is [`Refusal::NoParameter`].
+pub fn keeps_failsafe(index: u16, value: f32, factory: &Parameters) -> Result<(), Refusal> {
+    let entry = TABLE.get(usize::from(index)).ok_or(Refusal::NoParameter)?;
+    let (low, high) = entry.allowed(factory);
+    // At the end of the range a conversion's rounding is let pass.
+    if (value - clamp(value, low, high)).abs() > ROUNDING * value.abs() {
+        return Err(Refusal::WeakensFailsafe { low, high });
+    }
+    Ok(())
+}
+
 impl Parameters {
+    /// The index of the first parameter that is a weaker failsafe than the factory's.
+    #[must_use]
+    pub fn weaker_than(&self, factory: &Self) -> Option<u16> {
+        TABLE.iter().zip(0..).find_map(|(entry, index)| entry.is_weaker(self, factory).then_some(index))
+    }
+
     /// The set with one value changed, in the entry's unit.
     ///
     /// # Errors
@@ -223,6 +282,24 @@ impl Parameters {
 }
 
 impl Entry {
+    /// What may be set, in the entry's unit: a failsafe may become stricter than in the factory's set, not weaker.
+    #[must_use]
+    pub fn allowed(&self, factory: &Parameters) -> (f32, f32) {
+        let own = (self.get)(factory);
+        match self.weaker {
+            Weaker::Never => (self.low, self.high),
+            Weaker::Above => (self.low, own),
+            Weaker::Below => (own, self.high),
+        }
+    }
+
+    /// Whether the set's value is a weaker failsafe than the factory's.
+    fn is_weaker(&self, parameters: &Parameters, factory: &Parameters) -> bool {
+        let (low, high) = self.allowed(factory);
+        let value = (self.get)(parameters);
+        self.weaker != Weaker::Never && (value - clamp(value, low, high)).abs() > ROUNDING * value.abs()
+    }
+
     /// The set's value is in the range; at its ends a conversion's rounding is let pass.
     pub(super) fn check(&self, parameters: &Parameters) -> Result<(), ParameterError> {
         let value = (self.get)(parameters);

@@ -19,7 +19,16 @@ pub fn parameters() -> Parameters {
     let lag = (1e-3 - area) / rate;
     Parameters {
         tick: 1e-3,
-        motor: Motor { resistance: r, torque_constant: k, inertia: j, viscous: b, drag: 2.24e-3, drag_limit: 6.7e-3 },
+        motor: Motor {
+            resistance: r,
+            torque_constant: k,
+            inertia: j,
+            viscous: b,
+            drag: 2.24e-3,
+            drag_limit: 6.7e-3,
+            continuous_current: 0.1,
+            thermal_time_constant: 3.0,
+        },
         transition: Transition {
             angle_speed: area,
             angle_current: 0.0,
@@ -85,16 +94,24 @@ pub fn parameters() -> Parameters {
         },
         oscillator: Oscillator { brake_share: 0.85, proportional: 12.0, switch_margin: 0.17 },
         supervisor: Supervisor {
-            stall: watch(6.0, 0.25, 0.5),
+            stall: watch(6.0, 0.2, 0.5),
+            stall_window: 0.175,
             runaway: watch(80.0, 0.08, 0.5),
             sensor_open: watch(5.0, 0.3, 0.8),
             sensor_shorted: watch(5.0, 0.3, 0.5),
             sensor_frozen: watch(1.0, 0.1, 0.3),
             supply_low: watch(3.3, 0.05, 0.1),
+            supply_high: 4.4,
             slow_after: 0.25,
             command_old: watch(0.5, 0.0, 0.55),
             clock: watch(0.02, 0.05, 0.1),
+            loop_starved: watch(0.05, 0.0, 0.2),
+            starved_share: 0.1,
+            overheated: watch(2.7, 0.0, 0.05),
             driven_duty: 0.6,
+            driven_current: 0.01,
+            rest_least: 0.2,
+            rest_most: 100.0,
         },
         limits: Limits { speed: 75.0, least_speed: 6.0, least_stroke: 0.3 },
     }
@@ -114,6 +131,9 @@ pub struct World {
     pub blocked: bool,
     /// The motor's leads are swapped.
     pub reversed: bool,
+    /// Heat in the winding, as a multiple of what 0.1 A keeps there, with a time constant of 3 s.
+    pub heat: f64,
+    actuation: Actuation,
     noise: u32,
 }
 
@@ -121,7 +141,17 @@ impl World {
     /// At rest at 2 rad.
     pub fn new() -> Self {
         let controller = Controller::new(&parameters()).expect("valid");
-        Self { controller, time_us: 0, angle: 2.0, speed: 0.0, blocked: false, reversed: false, noise: 1 }
+        Self {
+            controller,
+            time_us: 0,
+            angle: 2.0,
+            speed: 0.0,
+            blocked: false,
+            reversed: false,
+            heat: 0.0,
+            actuation: Actuation::OFF,
+            noise: 1,
+        }
     }
 
     /// Code of the present angle with a few codes of noise; anything in the gap.
@@ -151,24 +181,33 @@ impl World {
     /// One control period with the sample changed on its way.
     pub fn tick_with(&mut self, change: impl Fn(Sample) -> Sample) -> Actuation {
         let sample = Sample { time_us: self.time_us, angle: AdcCode(self.code()), battery: AdcCode(2400) };
-        let actuation = self.controller.tick(&change(sample));
-        self.time_us += 1000;
-        for _ in 0..50 {
-            self.step(actuation, 20e-6);
+        self.actuation = self.controller.tick(&change(sample));
+        self.pass(1);
+        self.actuation
+    }
+
+    /// So many ms without a tick: the bridge goes on with what it was told.
+    pub fn pass(&mut self, ms: u64) {
+        self.time_us += 1000 * ms;
+        for _ in 0..50 * ms {
+            self.step(self.actuation, 20e-6);
         }
-        actuation
     }
 
     fn step(&mut self, actuation: Actuation, h: f64) {
         if self.blocked {
             self.speed = 0.0;
-            return;
         }
         let (r, k, j, b, drag) = (15.89f64, 0.0209, 1.5e-6, 1.12e-6, 2.24e-3f64);
         let direction = if self.reversed { -1.0 } else { 1.0 };
         let net = direction * 5.0 * f64::from(actuation.duty) - k * self.speed;
         let excess = (net.abs() - 2.07).max(0.0);
-        let torque = if actuation.enable { k * excess.copysign(net) / r } else { 0.0 } - b * self.speed;
+        let current = if actuation.enable { excess.copysign(net) / r } else { 0.0 };
+        self.heat += h / 3.0 * ((current / 0.1).powi(2) - self.heat);
+        if self.blocked {
+            return;
+        }
+        let torque = k * current - b * self.speed;
         let before = self.speed;
         let sliding = if before == 0.0 { torque } else { before };
         let friction = if before == 0.0 { drag.min(torque.abs()) } else { drag };

@@ -80,6 +80,8 @@ fn motor(robot: &Robot, numbers: &Numbers<'_>, values: &MotorValues) -> Result<M
         viscous: values.viscous as f32,
         drag: values.drag as f32,
         drag_limit: (share * values.drag).max(0.25 * stall_torque(robot, values)) as f32,
+        continuous_current: robot.motor.continuous_current_a.value as f32,
+        thermal_time_constant: robot.motor.thermal_time_constant_s.value as f32,
     })
 }
 
@@ -172,14 +174,22 @@ fn position(numbers: &Numbers<'_>) -> Result<Position, DesignError> {
 fn supervisor(numbers: &Numbers<'_>) -> Result<Supervisor, DesignError> {
     Ok(Supervisor {
         stall: numbers.watch("stall_rad_per_s", "stall")?,
+        stall_window: numbers.positive_angle("supervisor.stall_window_deg")? as f32,
         runaway: numbers.watch("runaway_rad_per_s", "runaway")?,
         sensor_open: numbers.watch("open_rad_per_s", "open")?,
         sensor_shorted: numbers.watch("shorted_rad_per_s", "shorted")?,
         sensor_frozen: numbers.watch("frozen_lsb", "frozen")?,
         supply_low: numbers.watch("supply_v", "supply")?,
+        supply_high: numbers.within("supervisor.supply_high_v", 0.0, 60.0)? as f32,
         slow_after: numbers.within("supervisor.link_slow_s", 0.0, 10.0)? as f32,
         command_old: numbers.watch("command_age_s", "command")?,
         clock: numbers.watch("clock_gap_s", "clock")?,
+        loop_starved: numbers.watch("starved_s", "starved")?,
+        starved_share: numbers.within("supervisor.starved_share", 0.0, 1.0)? as f32,
+        overheated: numbers.watch("heat_share", "heat")?,
         driven_duty: numbers.within("supervisor.driven_duty", 0.0, 1.0)? as f32,
+        driven_current: numbers.positive("supervisor.driven_a")? as f32,
+        rest_least: numbers.within("supervisor.rest_least_lsb", 0.0, 100.0)? as f32,
+        rest_most: numbers.within("supervisor.rest_most_lsb", 0.0, 120.0)? as f32,
     })
 }

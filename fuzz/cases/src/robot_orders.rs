@@ -69,8 +69,9 @@ impl Bench {
                 parameters = read;
             }
         }
-        let make = if selector & 2 == 0 { Controller::new } else { Controller::restarted };
-        Self { controller: make(&parameters).expect("sound parameters"), time_us: 0, ticks: 0, code: 2000 }
+        let made =
+            if selector & 2 == 0 { Controller::new(&parameters) } else { Controller::restarted(&parameters, &FACTORY) };
+        Self { controller: made.expect("sound parameters"), time_us: 0, ticks: 0, code: 2000 }
     }
 
     fn step(&mut self, command: u8, bytes: &mut Bytes) {
@@ -134,7 +135,7 @@ impl Bench {
                     assert_eq!(value.is_some(), usize::from(index) < TABLE.len());
                 }
                 What::Save => {}
-                What::Factory => assert_eq!(self.controller.retune(&FACTORY), Ok(())),
+                What::Factory => assert_eq!(self.controller.retune(&FACTORY, &FACTORY), Ok(())),
             },
         }
     }
@@ -144,7 +145,7 @@ impl Bench {
         if let Ok(changed) = before.with(index, value) {
             let entry = &TABLE[usize::from(index)];
             assert!((entry.low..=entry.high).contains(&value), "{} was set to {value}", entry.name);
-            assert_eq!(self.controller.retune(&changed), Ok(()), "{} to {value}", entry.name);
+            assert_eq!(self.controller.retune(&changed, &FACTORY), Ok(()), "{} to {value}", entry.name);
         }
     }
 

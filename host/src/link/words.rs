@@ -35,7 +35,7 @@ pub fn parse_address(text: &str) -> Result<Address, String> {
 pub fn fault(fault: Fault) -> (&'static str, &'static str) {
     match fault {
         Fault::Stall => (
-            "driven hard, and the shaft does not turn",
+            "driven, and the shaft does not turn",
             "with the battery out, does the shaft turn freely by hand? Then check the motor's two wires and the bridge's supply",
         ),
         Fault::Runaway => (
@@ -62,6 +62,14 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         Fault::Restarted => (
             "it has restarted",
             "it drives again once the fault is cleared; if it restarts when the motor starts, its supply breaks down",
+        ),
+        Fault::Overheated => (
+            "the motor's winding is too hot",
+            "wait some seconds before `clear`; if it comes again, drive more gently and see whether the shaft turns freely",
+        ),
+        Fault::LoopStarved => (
+            "its control loop missed too many periods",
+            "switch the robot off and on; report it if it comes again, with the recording",
         ),
     }
 }

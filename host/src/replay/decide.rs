@@ -72,7 +72,7 @@ impl Decider {
 
     /// Begins as a robot does that has just started: in `Fault`.
     pub(super) fn restart(&mut self) {
-        if let Ok(controller) = Controller::restarted(&self.parameters) {
+        if let Ok(controller) = Controller::restarted(&self.parameters, &self.parameters) {
             self.controller = controller;
         }
     }

@@ -44,7 +44,7 @@ pub async fn boot<F: NorFlash>(flash: &mut F, partitions: &Partitions, settings:
         store::parameters::load(flash, partitions.parameters.clone(), &settings.parameters).await;
     Booted {
         about: About { name: settings.name.clone(), reset, parameters: source },
-        controller: Controller::restarted(&parameters),
+        controller: Controller::restarted(&parameters, &settings.parameters),
         pairing: store::pairing::load(flash, partitions.pairing.clone()).await,
     }
 }

@@ -81,7 +81,7 @@ impl Clerk {
         let Some(kept) = shared.saved.try_take() else { return };
         if kept && core::mem::take(&mut self.to_factory) {
             // The factory's set was checked before the controller was made.
-            let _ = controller.retune(factory);
+            let _ = controller.retune(factory, factory);
         }
         if let Some((number, answer @ None)) = &mut self.last {
             let done = if kept { Answer::Done(None) } else { Answer::Refused(Refusal::NotKept) };
@@ -132,7 +132,8 @@ fn value(controller: &Controller, factory: &Parameters, index: u16) -> Result<Va
 fn set(controller: &mut Controller, factory: &Parameters, index: u16, to: f32) -> Result<Value, Refusal> {
     value(controller, factory, index)?;
     let changed = controller.parameters().with(index, to).map_err(|_| Refusal::Parameter)?;
-    controller.retune(&changed).map_err(|_| Refusal::Parameter)?;
+    table::keeps_failsafe(index, to, factory)?;
+    controller.retune(&changed, factory).map_err(|_| Refusal::Parameter)?;
     value(controller, factory, index)
 }
 

@@ -108,9 +108,10 @@ impl Trial {
     }
 }
 
-/// Begins a session and makes the robot ready.
+/// Begins a session and makes the robot ready: after boot it checks itself first.
 pub async fn ready(console: &Console) {
     console.begin().await;
+    embassy_time::Timer::after_millis(50).await;
     assert_eq!(give(console, Command::ClearFault).await, Some(Answer::Done(None)));
 }
 
