@@ -7,3 +7,4 @@ pub mod fuzz;
 pub mod link;
 pub mod pil;
 pub mod row;
+pub mod safety;
