@@ -15,6 +15,9 @@ use super::run::{Task, Trace, run};
 use crate::figures::run::{Bench, worst};
 use crate::row::Row;
 
+/// A seed of the campaign stands for so many runs of a fault.
+const MODE_COUNT: u64 = MODES.len() as u64;
+
 /// A run of the campaign.
 struct Done {
     mode: Mode,
@@ -34,14 +37,16 @@ pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
         Some(seed) => vec![seed],
         None => (0..options.runs.div_ceil(a_seed.max(1))).collect(),
     };
-    let tasks: Vec<Task> =
-        seeds.iter().flat_map(|seed| MODES.map(|mode| Task { mode, seed: 1 + seed * 7 + mode as u64 })).collect();
+    let tasks: Vec<Task> = seeds
+        .iter()
+        .flat_map(|seed| MODES.map(|mode| Task { mode, seed: 1 + seed * MODE_COUNT + mode as u64 }))
+        .collect();
     let done: Vec<(usize, Done)> = tasks
         .par_iter()
         .flat_map(|task| {
             let healthy = run(&bridge, *task, None);
             let verdict = judge(&bench.parameters, &NOTHING, task.mode, &healthy, &healthy);
-            let unbroken = (wanted.len(), Done { mode: task.mode, seed: (task.seed - 1) / 7, verdict });
+            let unbroken = (wanted.len(), Done { mode: task.mode, seed: (task.seed - 1) / MODE_COUNT, verdict });
             let broken = wanted
                 .par_iter()
                 .enumerate()
@@ -50,7 +55,7 @@ pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
                     let template = if case.host == Host::IsReplayed { &everything } else { &bridge };
                     let trace: Trace = run(template, *task, Some(case));
                     let verdict = judge(&bench.parameters, case, task.mode, &trace, &healthy);
-                    (index, Done { mode: task.mode, seed: (task.seed - 1) / 7, verdict })
+                    (index, Done { mode: task.mode, seed: (task.seed - 1) / MODE_COUNT, verdict })
                 })
                 .collect::<Vec<_>>();
             broken.into_par_iter().chain([unbroken])
@@ -95,7 +100,7 @@ fn row(bench: &Bench, case: &Case, done: &[Done]) -> Row {
     let idle = count(&|done| done.mode == Mode::Idle);
     let bound_s = bound_of_case(&bench.parameters, case);
     let outcome = match case.must {
-        Must::Found(_) | Must::LinkLost | Must::HeldBack | Must::AtOnce | Must::Bitten => "off",
+        Must::Found(_) | Must::LinkLost | Must::HeldBack | Must::AtOnce | Must::Bitten | Must::Bounded(_) => "off",
         Must::GoOn => "goes on",
         Must::Either => "either, but safe",
     };

@@ -26,6 +26,8 @@ pub enum Must {
     AtOnce,
     /// The watchdog ends it.
     Bitten,
+    /// The bridge is off within this time, s, whoever ends it.
+    Bounded(f64),
     /// The robot goes on with what was ordered.
     GoOn,
     /// It goes on, or stops: either is safe.
@@ -65,6 +67,8 @@ pub struct Case {
 }
 
 const NONE: Trouble = Trouble::NONE;
+/// A starved loop, from its beginning.
+const STARVED_S: f64 = 0.2;
 
 /// A shaft that does not turn, or turns as nobody expects, with a wiper that may rest on insulation: nothing tells some
 /// causes from others there.
@@ -104,7 +108,7 @@ fn silence(for_us: u64) -> Vec<(u64, Incident)> {
 }
 
 /// Every fault.
-pub const CASES: [Case; 38] = [
+pub const CASES: [Case; 39] = [
     part("sensor open", Must::Found(OPEN), |_| broken(Fault::SensorOpen)),
     part("sensor shorted low", Must::Found(&[Cause::SensorShorted]), |_| broken(Fault::SensorShortLow)),
     part("sensor shorted high", Must::Found(&[Cause::SensorShorted]), |_| broken(Fault::SensorShortHigh)),
@@ -161,6 +165,10 @@ pub const CASES: [Case; 38] = [
     case("tick overrun of 2 to 15 ms", Must::GoOn, |random| now(Incident::Hold(0, random.random_range(2_000..15_000)))),
     case("tick overrun of 20 to 90 ms", Must::Either, |random| {
         now(Incident::Hold(0, random.random_range(20_000..90_000)))
+    }),
+    case("control loop starved over and over", Must::Bounded(STARVED_S), |random| {
+        let (hung_us, good_us) = (random.random_range(30_000..95_000), random.random_range(5_000..40_000));
+        (0..40).map(|round| (round * (hung_us + good_us), Incident::Hold(0, hung_us))).collect()
     }),
     case("control loop hangs", Must::Bitten, |_| now(Incident::Hold(0, 10_000_000))),
     case("clock jitter up to 0.4 ms", Must::GoOn, |random| now(Incident::Jitter(0, random.random_range(100..400)))),

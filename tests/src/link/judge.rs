@@ -71,6 +71,7 @@ pub fn bound_of_case(p: &Parameters, case: &Case) -> Option<f64> {
         Must::LinkLost | Must::HeldBack => bound(p, Cause::CommandTooOld),
         Must::AtOnce => Some(0.0),
         Must::Bitten => Some((WATCHDOG_US + TICK_US) as f64 * 1e-6),
+        Must::Bounded(bound_s) => Some(bound_s),
         Must::GoOn | Must::Either => None,
     }
 }
@@ -147,7 +148,10 @@ fn off(p: &Parameters, case: &Case, mode: Mode, trace: &Trace, verdict: &mut Ver
     } else {
         verdict.stopped = Some(trace.cause);
     }
-    let goes_on = off_us > trace.end_us && trace.driven.len() == 1 && trace.at_end == (Some(mode.state()), true);
+    let goes_on = off_us > trace.end_us
+        && trace.driven.len() == 1
+        && trace.at_end.1
+        && trace.at_end.0.is_some_and(|state| mode.leads_to(state));
     let (since_s, bound_s) = match case.must {
         Must::Either => {
             verdict.off_s = verdict.stopped.map(|_| seconds(trace.fault_us, off_us));
@@ -178,7 +182,7 @@ fn off(p: &Parameters, case: &Case, mode: Mode, trace: &Trace, verdict: &mut Ver
             found.push(format!("nobody must clear it: {:?}", trace.cause));
             return;
         }
-        Must::AtOnce | Must::Bitten => (seconds(trace.fault_us, off_us), bound_of_case(p, case)),
+        Must::AtOnce | Must::Bitten | Must::Bounded(_) => (seconds(trace.fault_us, off_us), bound_of_case(p, case)),
     };
     verdict.off_s = Some(since_s);
     // Whoever gives orders again and again, and in time, goes on driving.

@@ -19,6 +19,8 @@ pub enum Mode {
     Position,
     /// A duty of 0.95.
     Duty,
+    /// All of these in turn, each for as long as [`Task::change_us`](super::run::Task::change_us) says.
+    Changing,
     /// Bridge off.
     Idle,
 }
@@ -31,8 +33,20 @@ const REACH: f32 = 100.0 / 360.0 * TAU;
 const DUTY: f32 = 0.95;
 
 /// Every mode.
-pub const MODES: [Mode; 7] =
-    [Mode::Forward, Mode::Backward, Mode::BangBang, Mode::Proportional, Mode::Position, Mode::Duty, Mode::Idle];
+pub const MODES: [Mode; 8] = [
+    Mode::Forward,
+    Mode::Backward,
+    Mode::BangBang,
+    Mode::Proportional,
+    Mode::Position,
+    Mode::Duty,
+    Mode::Changing,
+    Mode::Idle,
+];
+
+/// What [`Mode::Changing`] goes through.
+const IN_TURN: [Mode; 6] =
+    [Mode::Forward, Mode::Position, Mode::Duty, Mode::Backward, Mode::BangBang, Mode::Proportional];
 
 impl Mode {
     /// The order, and the next ones after it.
@@ -46,19 +60,21 @@ impl Mode {
             Self::Proportional => swing(Stroke::Proportional),
             Self::Position => Command::Position { angle: if index.is_multiple_of(2) { REACH } else { -REACH } },
             Self::Duty => Command::Duty { duty: DUTY },
+            Self::Changing => IN_TURN[index % IN_TURN.len()].command(index / IN_TURN.len()),
             Self::Idle => Command::Idle,
         }
     }
 
-    /// The state that it leads to.
+    /// Whether it leads to a state.
     #[must_use]
-    pub fn state(self) -> State {
+    pub fn leads_to(self, state: State) -> bool {
         match self {
-            Self::Forward | Self::Backward => State::Speed,
-            Self::BangBang | Self::Proportional => State::Oscillate,
-            Self::Position => State::Position,
-            Self::Duty => State::Duty,
-            Self::Idle => State::Idle,
+            Self::Forward | Self::Backward => state == State::Speed,
+            Self::BangBang | Self::Proportional => state == State::Oscillate,
+            Self::Position => state == State::Position,
+            Self::Duty => state == State::Duty,
+            Self::Changing => state.is_driving(),
+            Self::Idle => state == State::Idle,
         }
     }
 
@@ -66,7 +82,7 @@ impl Mode {
     #[must_use]
     pub fn speed(self) -> Option<f64> {
         match self.command(0) {
-            Command::Speed { omega } => Some(f64::from(omega)),
+            Command::Speed { omega } if self != Self::Changing => Some(f64::from(omega)),
             _ => None,
         }
     }

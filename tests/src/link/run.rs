@@ -31,6 +31,8 @@ const SLEEP_US: std::ops::Range<u64> = 700_000..2_500_000;
 const AWAKE_US: u64 = 500_000;
 /// In [`Mode::Position`] the next order comes after so long.
 const MOVE_US: u64 = 100_000;
+/// In [`Mode::Changing`] after this time at least, and sixteen times that at most.
+const CHANGE_US: u64 = 60_000;
 /// Somebody who insists gives the order again after so long.
 const INSIST_US: u64 = 200_000;
 /// A virtual ms between two looks where nobody polls.
@@ -45,6 +47,24 @@ pub struct Task {
     pub mode: Mode,
     /// Of everything that is drawn.
     pub seed: u64,
+}
+
+impl Task {
+    /// In [`Mode::Changing`] an order stands for so long, µs: as likely short as long.
+    #[must_use]
+    pub fn change_us(self) -> u64 {
+        let share = Pcg64::seed_from_u64(self.seed ^ 0xc4a6e).random_range(0.0..1.2);
+        (CHANGE_US as f64 * 10f64.powf(share)) as u64
+    }
+
+    /// The time between two orders of somebody who moves the robot about, µs.
+    fn move_us(self) -> Option<u64> {
+        match self.mode {
+            Mode::Position => Some(MOVE_US),
+            Mode::Changing => Some(self.change_us()),
+            _ => None,
+        }
+    }
 }
 
 /// What happened in a run.
@@ -174,7 +194,7 @@ impl<'c> Run<'c> {
             trace,
             received: 0,
             looked_us,
-            order_due_us: looked_us + MOVE_US,
+            order_due_us: looked_us + task.move_us().unwrap_or(MOVE_US),
             orders: 1,
             insists: task.seed % 2 == 1,
             quarter: None,
@@ -242,9 +262,12 @@ impl<'c> Run<'c> {
     /// A person who moves the robot about, or who insists. Nobody does where the console itself has trouble.
     fn order_again(&mut self) {
         let now_us = self.now_us();
-        let moves = self.task.mode == Mode::Position;
-        let (Some(rig), true) = (&mut self.rig, now_us >= self.order_due_us && (moves || self.insists)) else { return };
-        self.order_due_us = now_us + if moves { MOVE_US } else { INSIST_US };
+        let moves = self.task.move_us();
+        let (Some(rig), true) = (&mut self.rig, now_us >= self.order_due_us && (moves.is_some() || self.insists))
+        else {
+            return;
+        };
+        self.order_due_us = now_us + moves.unwrap_or(INSIST_US);
         if rig.session.robot(RobotId(0)).waiting() > 0 {
             return;
         }
@@ -278,7 +301,7 @@ impl<'c> Run<'c> {
             self.trace.cause = self.trace.cause.or(state.and_then(|(_, cause)| cause));
         }
         self.trace.on_in_fault += usize::from(faulted && told.enable);
-        let other_state = state.is_some_and(|(state, _)| state.is_driving() && state != self.task.mode.state());
+        let other_state = state.is_some_and(|(state, _)| state.is_driving() && !self.task.mode.leads_to(state));
         self.trace.not_ordered += usize::from(other_state || told.enable && !self.task.mode.allows(told.duty));
         self.looked_us = now_us;
     }

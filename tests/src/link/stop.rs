@@ -82,7 +82,7 @@ fn session(bench: &Bench, robots: usize, bit_per_s: f64, seed: u64) -> Vec<Optio
             // Until a moment between two polls.
             rig.run(Duration::from_micros(random.random_range(30_000..100_000)));
             let after_s = stop(&mut rig, robot);
-            while rig.state(robot) != Some(Mode::Forward.state()) {
+            while !rig.state(robot).is_some_and(|state| Mode::Forward.leads_to(state)) {
                 rig.meet();
                 rig.order(robot, Mode::Forward.command(0));
             }
