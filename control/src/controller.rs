@@ -327,7 +327,11 @@ impl Controller {
                 self.tracking = false;
                 self.window.clear();
             }
-        } else if let Some(line) = line {
+        } else if let Some(line) = line
+            && self.actuation.enable
+        {
+            // Of a shaft that coasts nobody knows whether it obeys: an angle that is found then would tell for the sensor, and
+            // against nothing, however often the drive is broken off.
             self.try_acquire(&line);
         } else {
             self.candidate.clear();
@@ -351,7 +355,7 @@ impl Controller {
     }
 
     fn try_acquire(&mut self, line: &Line) {
-        let direction = if self.actuation.enable { sign(self.actuation.duty) } else { 0.0 };
+        let direction = sign(self.actuation.duty);
         let acquisition = &self.parameters.acquisition;
         if !line.is_trusted(acquisition, direction) {
             self.candidate.clear();

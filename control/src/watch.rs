@@ -51,32 +51,40 @@ pub struct Watcher {
     end: f32,
     /// The code that the reading may be frozen at.
     frozen_code: u16,
-    standstill: Standstill,
+    progress: Progress,
 }
 
-/// How long the wiper has shown one and the same place. Of the readings alone: an estimate may turn on while the shaft is
-/// blocked, and orders that reverse the drive again and again keep it turning.
+/// Whether the readings move on. Of the readings alone: an estimate may turn on while the shaft is blocked, and orders that
+/// reverse the drive again and again keep it turning.
 #[derive(Clone, Copy, Debug, Default)]
-struct Standstill {
+struct Progress {
     /// The reading that the later ones have stayed about, rad; nothing before the first.
     place: Option<f32>,
     /// For how long, s.
     lasted: f32,
+    /// So many places in a row were left as soon as a turning shaft leaves them.
+    left: u16,
 }
 
-impl Standstill {
-    /// Takes in a reading after a time (s): whether a shaft that turns as fast as it must would have left the place by now.
-    /// A reading of the blind arc says nothing.
+/// A reading that is far off for once leaves a place and comes back: that makes one.
+const MOVING: u16 = 2;
+
+impl Progress {
+    /// Takes in a reading after a time (s): whether the shaft turns as fast as it must. A reading of the blind arc says nothing.
     fn look(&mut self, p: &Parameters, reading: Reading, elapsed: f32) -> Option<bool> {
         let Reading::Angle(angle) = reading else { return None };
         if p.sensor.is_blind(angle) {
             return None;
         }
         self.lasted += elapsed;
-        if self.place.is_none_or(|place| wrap(angle - place).abs() > p.supervisor.stall_window) {
-            *self = Self { place: Some(angle), lasted: 0.0 };
+        let window = p.supervisor.stall_window;
+        let is_late = self.lasted * p.supervisor.stall.limit > window;
+        if self.place.is_none_or(|place| wrap(angle - place).abs() > window) {
+            let left = if is_late || self.place.is_none() { 0 } else { self.left.saturating_add(1) };
+            *self = Self { place: Some(angle), lasted: 0.0, left };
+            return Some(left >= MOVING);
         }
-        Some(self.lasted * p.supervisor.stall.limit > p.supervisor.stall_window)
+        Some(self.left >= MOVING && !is_late)
     }
 }
 
@@ -107,11 +115,11 @@ impl Watcher {
             Some(Verdict::Blind) => self.accepted_run.saturating_sub(1),
             _ => 0,
         };
-        let stands = self.standstill.look(p, facts.reading, facts.since_sample);
+        let moves = self.progress.look(p, facts.reading, facts.since_sample);
         let mut findings = Findings::default();
         for (trigger, finding) in TRIGGERS.iter().zip(&mut findings) {
             *finding = match trigger.fault {
-                Fault::Stall => stall(p, facts, stands),
+                Fault::Stall => stall(p, facts, moves),
                 Fault::Runaway => runaway(p, facts),
                 Fault::SensorOpen => self.open(p, facts),
                 Fault::SensorShorted => {
@@ -151,12 +159,12 @@ fn is_driven(p: &Parameters, facts: &Facts) -> bool {
 }
 
 /// The readings stay where they are although a current drives the shaft, however weak.
-fn stall(p: &Parameters, facts: &Facts, stands: Option<bool>) -> Evidence {
-    match stands {
-        Some(false) => Evidence::Absent,
-        Some(true) if has_current(p, facts) => Evidence::Present,
+fn stall(p: &Parameters, facts: &Facts, moves: Option<bool>) -> Evidence {
+    match moves {
+        Some(true) => Evidence::Absent,
+        Some(false) if has_current(p, facts) => Evidence::Present,
         // At rest without being driven says nothing: a blocked shaft rests too when its target happens to be where it is.
-        Some(true) | None => Evidence::Unknown,
+        Some(false) | None => Evidence::Unknown,
     }
 }
 

@@ -71,7 +71,7 @@ pub fn parameters() -> Parameters {
             rejected_limit: 15,
             handling: BlindArcHandling::Full,
             initial_angle: 0.05,
-            initial_speed: 8.0,
+            initial_speed: 5.0,
             initial_drag: 5e-4,
         },
         acquisition: Acquisition { samples: 12, residual: 0.035, least_speed: 8.0, speed: 60.0, patience: 0.1 },
@@ -94,7 +94,7 @@ pub fn parameters() -> Parameters {
         },
         oscillator: Oscillator { brake_share: 0.85, proportional: 12.0, switch_margin: 0.17 },
         supervisor: Supervisor {
-            stall: watch(6.0, 0.2, 0.5),
+            stall: watch(4.0, 0.2, 0.5),
             stall_window: 0.175,
             runaway: watch(80.0, 0.08, 0.5),
             sensor_open: watch(5.0, 0.3, 0.8),

@@ -42,6 +42,8 @@ pub struct Kind {
     pub converter: fn(&mut Pcg64) -> Converter,
     /// How the loop is starved, if it is.
     pub starved: fn(&mut Pcg64) -> Option<Starved>,
+    /// An order stands for so many ticks at least.
+    pub shortest: u64,
 }
 
 /// Nothing tells these from each other where the wiper rests on insulation, or the shaft turns as nobody expects.
@@ -50,14 +52,14 @@ const SHORTED: &[Cause] = &[Cause::SensorShorted, Cause::Stall, Cause::SensorOpe
 const LOW: &[Cause] = &[Cause::SupplyLow];
 
 const fn kind(name: &'static str, broken: Broken, faults: fn(&mut Pcg64) -> Vec<Fault>) -> Kind {
-    Kind { name, broken, faults, converter: |_| Converter::Works, starved: |_| None }
+    Kind { name, broken, faults, converter: |_| Converter::Works, starved: |_| None, shortest: 1 }
 }
 
 const fn starved(kind: Kind) -> Kind {
     Kind { starved: |random| Some(pattern(random)), ..kind }
 }
 
-/// What must be found alone.
+/// What must be found alone, however short the orders.
 fn found_alone(random: &mut Pcg64) -> Fault {
     let faults = [
         Fault::Stalled,
@@ -65,7 +67,6 @@ fn found_alone(random: &mut Pcg64) -> Fault {
         Fault::SensorShortLow,
         Fault::SensorShortHigh,
         Fault::SensorFrozen,
-        Fault::MotorReversed,
         Fault::MotorOpen,
         low_cell(random),
     ];
@@ -87,12 +88,19 @@ fn share(random: &mut Pcg64) -> (u64, u64) {
     (random.random_range(1..whole), whole)
 }
 
+/// A drive that is turned round faster moves the shaft so little that nothing tells in which direction.
+const REVERSAL: u64 = 40;
+
 /// Every kind.
-pub const KINDS: [Kind; 18] = [
+pub const KINDS: [Kind; 19] = [
     kind("nothing broken", Broken::Borne, |_| Vec::new()),
     kind("shaft blocked", Broken::Found(STILL), |_| vec![Fault::Stalled]),
     kind("motor lead open", Broken::Found(STILL), |_| vec![Fault::MotorOpen]),
-    kind("motor leads swapped", Broken::Found(STILL), |_| vec![Fault::MotorReversed]),
+    Kind {
+        shortest: REVERSAL,
+        ..kind("motor leads swapped, orders of 40 ms or more", Broken::Found(STILL), |_| vec![Fault::MotorReversed])
+    },
+    kind("motor leads swapped, any orders", Broken::Borne, |_| vec![Fault::MotorReversed]),
     kind("bridge's supply sags to 2 V", Broken::Found(STILL), |_| vec![Fault::RailLow { rail_v: 2.0 }]),
     kind("sensor open", Broken::Found(STILL), |_| vec![Fault::SensorOpen]),
     kind("sensor shorted to ground", Broken::Found(SHORTED), |_| vec![Fault::SensorShortLow]),

@@ -52,7 +52,11 @@ pub fn judge(conditions: &Conditions, outcome: &Outcome) -> Verdict {
         let is = causes.iter().take(1).filter_map(|cause| bound(p, *cause)).fold(named, f64::max);
         let most = if conditions.starved.is_some() { is.max(STARVED_S) } else { is };
         if driven_s > most + ROUNDING_S {
-            unsafe_.push(format!("driven for {driven_s:.3} s of {most:.3} s as {:?}: {conditions:?}", outcome.fault));
+            unsafe_.push(format!(
+                "driven for {driven_s:.3} s of {most:.3} s as {:?}: {}",
+                outcome.fault,
+                conditions.said()
+            ));
         }
     }
     let driven_s = (!outcome.fault_before).then_some(driven_s);

@@ -13,8 +13,8 @@ pub enum Sequence {
     Steady(Command),
     /// Two in turn, each for so many ticks.
     InTurn([Command; 2], u64),
-    /// Anything, each for up to so many ticks.
-    Anything(u64),
+    /// Anything, each for so many ticks to so many.
+    Anything(u64, u64),
 }
 
 /// Any order, with the weight on those that drive.
@@ -46,12 +46,13 @@ fn any_period(random: &mut Pcg64) -> u64 {
 }
 
 impl Sequence {
-    /// A sequence.
-    pub fn drawn(random: &mut Pcg64) -> Self {
+    /// A sequence whose orders stand for `shortest` ticks at least.
+    pub fn drawn(random: &mut Pcg64, shortest: u64) -> Self {
+        let period = |random: &mut Pcg64| any_period(random).max(shortest);
         match random.random_range(0..8) {
             0 => Self::Steady(driving(random)),
-            1..=4 => Self::InTurn([driving(random), any_order(random)], any_period(random)),
-            _ => Self::Anything(any_period(random)),
+            1..=4 => Self::InTurn([driving(random), any_order(random)], period(random)),
+            _ => Self::Anything(shortest, period(random)),
         }
     }
 }
@@ -97,8 +98,8 @@ impl Orders {
                 self.left = ticks - 1;
                 Some(orders[(self.count % 2) as usize])
             }
-            Sequence::Anything(ticks) => {
-                self.left = self.random.random_range(0..*ticks);
+            Sequence::Anything(least, most) => {
+                self.left = self.random.random_range(least - 1..*most);
                 Some(any_order(&mut self.random))
             }
         }

@@ -49,13 +49,22 @@ impl Conditions {
         Self {
             seed,
             parameters,
-            sequence: Sequence::drawn(&mut random),
+            sequence: Sequence::drawn(&mut random, kind.shortest),
             broken: kind.broken,
             faults: (kind.faults)(&mut random),
             converter: (kind.converter)(&mut random),
             starved: (kind.starved)(&mut random),
             at: if random.random_range(0..4) == 0 { 0 } else { random.random_range(0..BREAKS_BEFORE) },
         }
+    }
+}
+
+impl Conditions {
+    /// What a person needs to see it again.
+    #[must_use]
+    pub fn said(&self) -> String {
+        let Self { sequence, faults, converter, starved, at, .. } = self;
+        format!("{sequence:?}, {faults:?} at {at} ms, converter {converter:?}, starved {starved:?}")
     }
 }
 
@@ -95,8 +104,6 @@ pub struct Outcome {
     pub on_in_fault: u64,
     /// Largest heat in the winding, from the simulated current, as a multiple of what the continuous current keeps there.
     pub heat: f64,
-    /// Order sequences that change the drive no more often than a person would saw no fault.
-    pub orders: u64,
 }
 
 /// Runs it.
@@ -144,7 +151,6 @@ impl Run<'_> {
         let mut sample = self.robot.sample();
         sample.angle = self.convert(sample.angle);
         if let Some(order) = self.orders.next() {
-            self.outcome.orders += 1;
             let _ = self.controller.command(order, sample.time_us);
         }
         if self.tick.is_multiple_of(HEARTBEAT) {
