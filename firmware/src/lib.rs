@@ -6,6 +6,10 @@
 #![no_std]
 
 pub mod adc;
+#[cfg(feature = "esp32c3")]
+mod analog_bus;
+#[cfg(feature = "esp32")]
+mod analog_power;
 pub mod board;
 pub mod bridge;
 pub mod flash;

@@ -10,6 +10,7 @@ use crate::budget::{Budget, Budgets, grouped, over};
 use crate::cargo;
 use crate::chip::{BINARIES, Chip};
 use crate::flash::espflash;
+use crate::overrides;
 use crate::project::Project;
 use crate::sections::Sections;
 use crate::toolchain::output_of;
@@ -47,6 +48,7 @@ pub fn run(project: &Project, chip: Chip, only: Option<&str>) -> Result<()> {
     let mut measured = Vec::new();
     for &binary in &binaries {
         let elf = executables.get(binary).ok_or_else(|| miette!("cargo built no binary `{binary}`"))?;
+        overrides::check(chip, binary, elf)?;
         let image = save(project, &espflash, chip, elf, &folder.join(format!("{}-{binary}", chip.name())))?;
         let sections = Sections::read(chip, elf)?;
         measured.push(Measured { binary: binary.to_owned(), image, sections, budget: budgets.of(chip, binary)? });

@@ -7,6 +7,7 @@ mod esp32_check;
 mod flash;
 mod images;
 mod no_panic;
+mod overrides;
 mod project;
 mod sections;
 mod toolchain;

@@ -26,6 +26,16 @@ pub type Cell = GPIO35<'static>;
 /// other.
 pub type Calibration = AdcCalLine<ADC1<'static>>;
 
+/// The converter begins: the radio does not switch it off any more.
+pub(crate) fn power_the_converter() {
+    crate::analog_power::keep_for_the_converter();
+}
+
+/// A step of a conversion: it shares no bus with the radio.
+pub(crate) fn convert_step<R>(step: impl FnOnce() -> R) -> R {
+    step()
+}
+
 /// The bridge's enable pin.
 pub(super) const ENABLE: u8 = 27;
 

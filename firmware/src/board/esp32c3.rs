@@ -22,6 +22,14 @@ pub type Cell = GPIO1<'static>;
 /// One point and the polynomial of the data sheet, from the chip's eFuses: mV.
 pub type Calibration = AdcCalCurve<ADC1<'static>>;
 
+/// The converter begins: nothing to do, nobody else has a say in its power.
+pub(crate) fn power_the_converter() {}
+
+/// A step of a conversion, which is on the bus that the radio uses, too.
+pub(crate) fn convert_step<R>(step: impl FnOnce() -> R) -> R {
+    crate::analog_bus::alone(step)
+}
+
 /// The bridge's enable pin. Not one of GPIO4 to GPIO7: those are JTAG's after a reset, GPIO6 with a pull-up of its own.
 pub(super) const ENABLE: u8 = 10;
 
