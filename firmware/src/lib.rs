@@ -14,6 +14,7 @@ pub mod board;
 pub mod bridge;
 pub mod flash;
 pub mod led;
+pub mod memory;
 pub mod panic;
 pub mod radio;
 pub mod random;

@@ -13,6 +13,9 @@ use esp_hal::{Async, Blocking};
 
 use super::{Analog, BridgePins, Dongle, Robot, Scheduler};
 
+/// The radio's library, of which esp-radio does not hand everything on.
+pub(crate) use esp_wifi_sys_esp32::include as driver;
+
 /// The chip, for people.
 pub const NAME: &str = "ESP32";
 /// The chip, for `scram hil`.
@@ -59,7 +62,7 @@ pub(super) fn robot(p: Peripherals) -> Robot {
 pub(super) fn dongle(p: Peripherals) -> Dongle {
     let (serial_receiver, serial_sender) = serial(p.UART0, p.GPIO3, p.GPIO1).into_async().split();
     let scheduler = Scheduler { timer: p.TIMG0, interrupt: p.FROM_CPU_INTR0 };
-    Dongle { serial_receiver, serial_sender, radio: p.WIFI, scheduler }
+    Dongle { serial_receiver, serial_sender, radio: p.WIFI, watchdog: p.RTC_TIMER, scheduler }
 }
 
 /// From the host.

@@ -10,6 +10,9 @@ use esp_hal::{Async, Blocking};
 
 use super::{Analog, BridgePins, Dongle, Robot, Scheduler};
 
+/// The radio's library, of which esp-radio does not hand everything on.
+pub(crate) use esp_wifi_sys_esp32c3::include as driver;
+
 /// The chip, for people.
 pub const NAME: &str = "ESP32-C3";
 /// The chip, for `scram hil`.
@@ -55,7 +58,7 @@ pub(super) fn dongle(p: Peripherals) -> Dongle {
     // The chip's own USB, GPIO18 and GPIO19.
     let (serial_receiver, serial_sender) = UsbSerialJtag::new(p.USB_DEVICE).into_async().split();
     let scheduler = Scheduler { timer: p.TIMG0, interrupt: p.FROM_CPU_INTR0 };
-    Dongle { serial_receiver, serial_sender, radio: p.WIFI, scheduler }
+    Dongle { serial_receiver, serial_sender, radio: p.WIFI, watchdog: p.RTC_TIMER, scheduler }
 }
 
 /// From the host.

@@ -17,7 +17,7 @@ use esp_hal::peripherals::{
     ADC1, FLASH, FROM_CPU_INTR0, FROM_CPU_INTR2, LEDC, Peripherals, RTC_TIMER, TIMG0, TIMG1, WIFI,
 };
 
-pub(crate) use chip::{convert_step, power_the_converter, special_reset};
+pub(crate) use chip::{convert_step, driver, power_the_converter, special_reset};
 pub use chip::{
     Calibration, Cell, NAME, SerialReceiver, SerialSender, TARGET, Wiper, cycles, lockstep_serial, start_cycles,
 };
@@ -98,6 +98,8 @@ pub struct Dongle {
     pub serial_sender: SerialSender,
     /// The radio.
     pub radio: WIFI<'static>,
+    /// The watchdog's timer.
+    pub watchdog: RTC_TIMER<'static>,
     /// For the async tasks.
     pub scheduler: Scheduler,
 }
