@@ -32,7 +32,8 @@ use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 
 use crate::board::{
-    Address, Encryption, Gauge, Patience, Payload, RadioKey, Readings, Received, Receiver, Restart, Sender, Sent, Watchdog,
+    Address, Encryption, Gauge, Patience, Payload, RadioKey, Readings, Received, Receiver, Restart, Sender, Sent,
+    Watchdog,
 };
 use crate::bounded::Bounded;
 
@@ -211,7 +212,8 @@ enum Task {
 
 impl Task {
     /// A bit of each.
-    const ALL: u8 = (1 << Self::Hear as u8) | (1 << Self::Send as u8) | (1 << Self::Listen as u8) | (1 << Self::Tell as u8);
+    const ALL: u8 =
+        (1 << Self::Hear as u8) | (1 << Self::Send as u8) | (1 << Self::Listen as u8) | (1 << Self::Tell as u8);
 }
 
 /// The dongle's parts of the board.
@@ -235,7 +237,15 @@ pub struct Parts<R, W, X, T, G, D, S> {
 
 /// All its tasks in one.
 pub async fn run(
-    parts: Parts<impl Read, impl Write, impl Receiver, impl Sender + Encryption, impl Gauge, impl Watchdog, impl Restart>,
+    parts: Parts<
+        impl Read,
+        impl Write,
+        impl Receiver,
+        impl Sender + Encryption,
+        impl Gauge,
+        impl Watchdog,
+        impl Restart,
+    >,
     identity: Identity,
     shared: &Shared,
 ) -> ! {

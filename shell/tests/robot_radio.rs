@@ -60,7 +60,9 @@ fn while_it_drives_a_stuck_or_full_radio_ages_the_heartbeats_and_the_bridge_is_o
         let sends = run.times(|event| matches!(event, Event::Sending(..)));
         assert!(dropped.iter().all(|at| sends.iter().all(|send| send <= at || *send >= reset_us[0])));
         // It comes back with its fault, and says why it booted.
-        assert!(run.batches().last().is_some_and(|last| (last.state, last.fault) == (State::Fault, Some(Fault::Restarted))));
+        assert!(
+            run.batches().last().is_some_and(|last| (last.state, last.fault) == (State::Fault, Some(Fault::Restarted)))
+        );
         assert_eq!(run.statuses().last().map(|(_, status)| status.reset), Some(Reset::Radio));
     }
 }
@@ -122,7 +124,10 @@ fn no_flood_resets_the_robot_or_keeps_it_from_its_console_and_what_is_dropped_is
         let flood = 5_000_000 / every_us as u32;
         let c = run.counters;
         let rubbish = c.misunderstood + c.forged + c.outdated + c.other_version + c.overrun;
-        println!("{length} bytes every {every_us} us: {} too long, {} overrun, {rubbish} in all", c.too_long, c.overrun);
+        println!(
+            "{length} bytes every {every_us} us: {} too long, {} overrun, {rubbish} in all",
+            c.too_long, c.overrun
+        );
         if length > 250 {
             assert!((flood / 3..=flood).contains(&c.too_long), "{c:?}");
             assert_eq!(rubbish - c.overrun, 0, "none takes a place: {c:?}");

@@ -112,6 +112,35 @@ fn a_stuck_converter_starves_the_watchdog_and_the_robot_boots_with_the_bridge_of
 }
 
 #[test]
+fn the_watchdog_bears_with_the_erasing_of_a_sector_at_rest_and_with_nothing_while_the_motor_is_driven() {
+    // At rest, for as long as the flash's data sheet allows; then while it drives, a little less and a little more than allowed.
+    for (driven_us, bitten) in [(WATCHDOG_US - 2_000, false), (WATCHDOG_US + 1_000, true)] {
+        let mut trial = Trial::punctual(2);
+        trial.incidents = vec![(500_000, Incident::Hold(0, 400_000)), (2_000_000, Incident::Hold(0, driven_us))];
+        let run = trial.run(3.0, |console| async move {
+            until(1.0).await;
+            ready(&console).await;
+            assert_eq!(give(&console, DRIVE).await, Some(Answer::Done(None)));
+            until(3.0).await;
+        });
+        let boots = run.times(|event| *event == Event::Booted(Reset::Watchdog));
+        assert_eq!(boots.len(), usize::from(bitten), "{driven_us}");
+        assert!(boots.iter().all(|at| (2_000_000..2_000_000 + WATCHDOG_US + 2_000).contains(at)), "{boots:?}");
+        // It is impatient from before the bridge is on until after it is off.
+        let mut patience = Patience::Starting;
+        for (at_us, event) in &run.events {
+            match event {
+                Event::Expected(changed) => patience = *changed,
+                Event::Booted(_) => patience = Patience::Starting,
+                Event::Applied(told) => assert!(!told.enable || patience == Patience::Driving, "{at_us} us"),
+                _ => {}
+            }
+        }
+        assert_eq!(patience == Patience::Driving, !bitten);
+    }
+}
+
+#[test]
 fn a_tick_that_takes_too_long_costs_its_periods_and_is_not_made_up_for() {
     let mut trial = Trial::punctual(2);
     // Takes 3.3 ms and four conversions: over three periods.

@@ -162,7 +162,8 @@ impl Bench {
                 // A stranger now and then.
                 let stranger: Address = random.bytes();
                 let from = *names.get(random.up_to(names.len() as u64) as usize).unwrap_or(&stranger);
-                let payload: Vec<u8> = (0..length.div_ceil(64)).flat_map(|_| random.bytes::<64>()).take(length).collect();
+                let payload: Vec<u8> =
+                    (0..length.div_ceil(64)).flat_map(|_| random.bytes::<64>()).take(length).collect();
                 ether.inject(from, BROADCAST, &payload);
                 until(now_us() + every_us).await;
             }

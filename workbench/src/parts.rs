@@ -217,6 +217,7 @@ impl Board {
 impl Watchdog for Board {
     fn expect(&mut self, patience: Patience) {
         self.dog.expect(patience);
+        self.journal.note(Event::Expected(patience));
     }
 
     fn feed(&mut self) {

@@ -5,6 +5,7 @@ mod cargo;
 mod chip;
 mod esp32_check;
 mod flash;
+mod heap;
 mod images;
 mod no_panic;
 mod overrides;

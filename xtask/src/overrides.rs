@@ -7,7 +7,7 @@ use std::path::Path;
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use object::{Object, ObjectSection, ObjectSymbol};
 
-use crate::chip::{Chip, Memory};
+use crate::chip::{Chip, Memory, has_radio};
 
 /// The first instruction of a function that only returns, RISC-V: `ret`, compressed.
 const RISCV_RETURN: [u8; 2] = [0x82, 0x80];
@@ -24,8 +24,7 @@ impl Chip {
 
 /// Fails where a program with a radio has not got them, or has the weak ones.
 pub fn check(chip: Chip, binary: &str, file: &Path) -> Result<()> {
-    if binary == "hil" {
-        // It has no radio.
+    if !has_radio(binary) {
         return Ok(());
     }
     let bytes = std::fs::read(file).into_diagnostic().wrap_err_with(|| file.display().to_string())?;
@@ -56,15 +55,16 @@ fn fault(chip: Chip, elf: &object::File<'_>, name: &str) -> Option<String> {
     if chip.memory(symbol.address()) != Some(Memory::RamCode) {
         return Some(format!("`{name}` is not in RAM, and is called while the flash is busy"));
     }
-    if chip == Chip::Esp32c3 && code_at(elf, symbol.address()) == Some(RISCV_RETURN) {
+    if chip == Chip::Esp32c3 && first_instruction(elf, &symbol) == Some(RISCV_RETURN) {
         return Some(format!("`{name}` does nothing"));
     }
     None
 }
 
 /// The first two bytes of a function.
-fn code_at(elf: &object::File<'_>, address: u64) -> Option<[u8; 2]> {
-    elf.sections().find_map(|section| section.data_range(address, 2).ok().flatten()?.try_into().ok())
+fn first_instruction<'e>(elf: &object::File<'e>, symbol: &impl ObjectSymbol<'e>) -> Option<[u8; 2]> {
+    let section = elf.section_by_index(symbol.section_index()?).ok()?;
+    section.data_range(symbol.address(), 2).ok()??.try_into().ok()
 }
 
 #[cfg(test)]
@@ -108,6 +108,7 @@ mod tests {
     fn the_first_instruction_is_found() {
         let bytes = elf(false);
         let file = object::File::parse(bytes.as_slice()).expect("it is one");
-        assert_eq!(code_at(&file, 0), Some(RISCV_RETURN));
+        let symbol = file.symbols().find(|symbol| symbol.name() == Ok(NAME)).expect("it is there");
+        assert_eq!(first_instruction(&file, &symbol), Some(RISCV_RETURN));
     }
 }

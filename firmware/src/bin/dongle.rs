@@ -32,13 +32,7 @@ async fn main(spawner: Spawner) {
 }
 
 #[task]
-async fn run(
-    from_host: SerialReceiver,
-    to_host: SerialSender,
-    receiver: Receiver,
-    sender: Sender,
-    watchdog: Watchdog,
-) {
+async fn run(from_host: SerialReceiver, to_host: SerialSender, receiver: Receiver, sender: Sender, watchdog: Watchdog) {
     let identity = Identity { address: radio::address(), channel: CHANNEL };
     let parts = Parts { from_host, to_host, receiver, sender, gauge: Driver, watchdog, restart: SoftwareReset };
     shell::dongle::run(parts, identity, &SHARED).await

@@ -36,13 +36,17 @@ fn refused_for(number: u32, seconds: f64) -> (u64, Sent) {
 #[test]
 fn a_send_that_never_ends_ends_with_a_reset_and_nothing_is_sent_after_it() {
     let bench = Bench::new();
-    let stuck: Fate = |number| if number == 100 { (3_600_000_000, Sent::Acknowledged) } else { (1500, Sent::Acknowledged) };
+    let stuck: Fate =
+        |number| if number == 100 { (3_600_000_000, Sent::Acknowledged) } else { (1500, Sent::Acknowledged) };
     assert_eq!(bench.run(1_900_000, stuck, vec![chatter(&bench, 5)]).reset, None, "within its limit");
 
     let bench = Bench::new();
     assert_eq!(bench.run(5_000_000, stuck, vec![chatter(&bench, 5)]).reset, Some(Reset::Radio));
     let sent = bench.radio.sent();
-    assert_eq!((sent.len(), sent.last().map(|(at_us, payload)| (*at_us, number(payload)))), (101, Some((1_000_000, 100))));
+    assert_eq!(
+        (sent.len(), sent.last().map(|(at_us, payload)| (*at_us, number(payload)))),
+        (101, Some((1_000_000, 100)))
+    );
     assert_eq!(bench.counters().sent, 100);
 }
 
@@ -78,7 +82,10 @@ fn the_watchdog_is_fed_by_an_idle_dongle_and_by_one_whose_host_has_gone() {
         });
         let end = bench.run(20_000_000, |_| (1500, Sent::Unheard), vec![host, bench.robot_talks(50_000, 0..300)]);
         let left_us = end.bites_us - 20_000_000;
-        assert!((Patience::Resting.us() / 2..=Patience::Resting.us()).contains(&left_us), "{cable:?}: {left_us} us left");
+        assert!(
+            (Patience::Resting.us() / 2..=Patience::Resting.us()).contains(&left_us),
+            "{cable:?}: {left_us} us left"
+        );
     }
 }
 
@@ -144,6 +151,10 @@ fn no_flood_of_frames_of_any_length_resets_the_dongle_and_what_is_dropped_is_cou
         assert!(dongle.line.write(&count).is_ok());
         bench.run_until(3_600_000);
         let messages = decode(&bench.dongle.as_ref().expect("there is one").line.take()).0;
-        assert!(messages.iter().any(|message| matches!(message, FromDongle::Counted(told) if told.too_long == counters.too_long)));
+        assert!(
+            messages
+                .iter()
+                .any(|message| matches!(message, FromDongle::Counted(told) if told.too_long == counters.too_long))
+        );
     }
 }

@@ -68,7 +68,10 @@ fn ten_thousand_messages_both_ways_arrive_intact_and_in_order() {
     let counters = Counters { received: MESSAGES, sent: 9900, send_failed: 100, ..Counters::default() };
     assert_eq!((bad, &messages[0], messages.last()), (0, &HELLO, Some(&told(counters))));
     assert_eq!(received(&messages), (0..MESSAGES).collect::<Vec<_>>());
-    assert_eq!(sent(&messages), (0..MESSAGES).map(|n| (n as u16, usual(n).1 == Sent::Acknowledged)).collect::<Vec<_>>());
+    assert_eq!(
+        sent(&messages),
+        (0..MESSAGES).map(|n| (n as u16, usual(n).1 == Sent::Acknowledged)).collect::<Vec<_>>()
+    );
     let on_air: Vec<u32> = bench.radio.sent().iter().map(|(_, payload)| number(payload)).collect();
     assert_eq!(on_air, (0..MESSAGES).collect::<Vec<_>>());
 }
@@ -169,7 +172,11 @@ fn a_slow_radio_drops_what_it_cannot_take_and_every_send_is_answered_once() {
             Timer::after_millis(2).await;
         }
     };
-    bench.run(4_000_000, |number| (20_000, if number % 3 == 0 { Sent::Unheard } else { Sent::Acknowledged }), vec![Box::pin(host)]);
+    bench.run(
+        4_000_000,
+        |number| (20_000, if number % 3 == 0 { Sent::Unheard } else { Sent::Acknowledged }),
+        vec![Box::pin(host)],
+    );
     let ((messages, bad), counters) = (bench.heard(), bench.counters());
     let mut answers = sent(&messages);
     let acknowledged = answers.iter().filter(|(_, acknowledged)| *acknowledged).count() as u32;
