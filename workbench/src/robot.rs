@@ -11,7 +11,7 @@ use control::protocol::radio::{Counters, Reset};
 use control::protocol::secure::Ear;
 use control::{Actuation, Fault, Parameters, State};
 use hal_sim::{SimulatedRobot, Truth};
-use shell::board::{Address, Encryption};
+use shell::board::{Address, Encryption, Readings};
 use shell::robot::{
     Booted, Identity, Parts, Settings, Shared, Shown, boot, control_loop, keep, led, pair, receive, send,
 };
@@ -63,6 +63,7 @@ pub struct Robot {
     shared: Rc<Shared>,
     /// Its ticks come late by up to so much, µs.
     jitter_us: Rc<Cell<u64>>,
+    ether: Ether,
 }
 
 impl Robot {
@@ -94,6 +95,7 @@ impl Robot {
             processor: world.processor(),
             shared: Rc::new(Shared::new()),
             jitter_us: Rc::new(Cell::new(0)),
+            ether: ether.clone(),
         }
     }
 
@@ -126,13 +128,13 @@ impl Robot {
         let console = pairing.as_ref().ok().map(|pairing| pairing.console);
         // Paired with nobody, it says nothing on the air.
         if let Ok(Pairing { console, primary, local, key }) = pairing {
-            let (receiver, mut sender) = ether.join(self.address, &self.power, &self.journal);
+            let (receiver, mut sender, gauge) = ether.join(self.address, &self.power, &self.journal);
             sender.primary(&primary);
             sender.meet(&console, &local);
             let (entropy, shared) = (self.entropy.clone(), Rc::clone(&self.shared));
             start(Box::pin(async move { receive(receiver, Ear::new(key), console, entropy, &shared).await }));
-            let shared = Rc::clone(&self.shared);
-            start(Box::pin(async move { send(sender, console, &about, &shared).await }));
+            let (restart, shared) = (self.power.clone(), Rc::clone(&self.shared));
+            start(Box::pin(async move { send(sender, gauge, restart, console, &about, &shared).await }));
         }
         let (flash, factory, shared) = (self.flash.clone(), self.settings.parameters, Rc::clone(&self.shared));
         start(Box::pin(async move { keep(flash, &Flash::partitions(), &factory, &shared).await }));
@@ -223,10 +225,11 @@ impl Robot {
         }
     }
 
-    /// Its counters since it booted.
+    /// Its counters since it booted, as it tells them.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        self.shared.counters()
+        let Readings { too_long, overrun, heap_least_free } = self.ether.readings(&self.address);
+        Counters { too_long, overrun, heap_least_free, ..self.shared.counters() }
     }
 }
 
