@@ -3,7 +3,7 @@
 use control::Fault as Cause;
 use control::protocol::radio::Reset;
 use hal_sim::Fault;
-use hal_sim::radio::Trouble;
+use hal_sim::radio::{LONGEST_HEARD, Trouble};
 use rand::RngExt;
 use rand_pcg::Pcg64;
 use workbench::incident::Incident;
@@ -102,13 +102,18 @@ fn air(trouble: Trouble) -> Vec<(u64, Incident)> {
     now(Incident::Air(trouble))
 }
 
+/// Frames of a length from somebody else, one every 50 µs to 1 ms, until the end.
+fn flood(random: &mut Pcg64, length: usize) -> Vec<(u64, Incident)> {
+    now(Incident::Flood { every_us: random.random_range(50..1000), length })
+}
+
 /// Nothing passes for so long, µs.
 fn silence(for_us: u64) -> Vec<(u64, Incident)> {
     vec![(0, Incident::Air(Trouble { silence: true, ..NONE })), (for_us, Incident::Air(NONE))]
 }
 
 /// Every fault.
-pub const CASES: [Case; 39] = [
+pub const CASES: [Case; 44] = [
     part("sensor open", Must::Found(OPEN), |_| broken(Fault::SensorOpen)),
     part("sensor shorted low", Must::Found(&[Cause::SensorShorted]), |_| broken(Fault::SensorShortLow)),
     part("sensor shorted high", Must::Found(&[Cause::SensorShorted]), |_| broken(Fault::SensorShortHigh)),
@@ -143,6 +148,16 @@ pub const CASES: [Case; 39] = [
     case("radio: everything held back for 0.3 to 1 s", Must::HeldBack, |random| {
         air(Trouble { extra_delay_us: random.random_range(300_000..1_000_000), ..NONE })
     }),
+    // More than the radio can hand over, of the longest that the driver knows and of any length.
+    case("radio: flood of the longest frames", Must::Either, |random| flood(random, LONGEST_HEARD)),
+    case("radio: flood of frames of any length", Must::Either, |random| {
+        let length = random.random_range(1..LONGEST_HEARD);
+        flood(random, length)
+    }),
+    // What the robot hears then is as old as what it last said: heartbeats count no more.
+    case("radio: a send never ends", Must::HeldBack, |_| now(Incident::RadioStuck(0))),
+    case("radio: no buffers left to send", Must::HeldBack, |_| now(Incident::RadioFull(0))),
+    case("dongle's sends never end", Must::LinkLost, |_| now(Incident::DongleRadioStuck)),
     case("radio: a tenth corrupted", Must::GoOn, |_| air(Trouble { corruption_share: Some(0.1), ..NONE })),
     Case { host: Host::IsReplayed, ..case("radio: orders replayed", Must::GoOn, |_| Vec::new()) },
     Case {
