@@ -13,6 +13,7 @@ pub mod adc;
 pub mod board;
 pub mod dongle;
 pub mod image;
+pub mod inject;
 pub mod pwm;
 pub mod robot;
 pub mod store;

@@ -89,6 +89,7 @@ impl Session {
             name: about.name.clone(),
             reset: about.reset,
             parameters: about.parameters,
+            injectable: shared.is_injectable(),
             counters: shared.take_counters(),
         })
     }

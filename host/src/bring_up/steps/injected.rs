@@ -1,0 +1,131 @@
+//! What a person cannot do by hand: an image with fault injection does it to itself.
+
+use std::time::Duration;
+
+use control::Command;
+use control::protocol::radio::{InjectedFault, Injection};
+
+use super::BARE;
+use crate::bring_up::rig::{Back, GENTLE, Halt, Rig};
+use crate::bring_up::step::{Step, Wiring};
+use crate::link::Event;
+
+/// From a request's acceptance to its fault.
+const DELAY: Duration = Duration::from_millis(Injection::DELAY_MS as u64);
+/// How long a fault lasts that is to be found, ms.
+const FOR_MS: u16 = 3000;
+/// How long the radio fails, ms: longer than it takes a console to see a robot as gone.
+const RADIO_MS: u16 = 1500;
+/// How long a starved loop may drive, s.
+const STARVED_S: f64 = 0.2;
+/// A speed in the middle of the range, rad/s.
+const CRUISE: Command = Command::Speed { omega: 30.0 };
+/// Until the speed is reached.
+const SETTLE: Duration = Duration::from_secs(2);
+
+const MOTOR: Step = Step { wiring: Wiring::Motor, ..BARE };
+
+pub const STEPS: &[Step] = &[
+    Step {
+        number: 81,
+        title: "A starved control loop is found",
+        about: "The motor turns, and every tick takes 60 ms.",
+        run: |rig| {
+            let fault = InjectedFault::StarveLoop { hang_ms: 60, run_ticks: 0 };
+            found(rig, fault, "a loop that hangs for 60 ms in every tick", STARVED_S)
+        },
+        ..MOTOR
+    },
+    Step {
+        number: 82,
+        title: "A converter that is stuck is found",
+        about: "The motor turns, and the wiper's conversions repeat one code.",
+        run: |rig| {
+            let bound_s = rig.parameter("controller.supervisor.frozen_bound_s")?;
+            found(rig, InjectedFault::ConverterStuck, "a converter that is stuck", bound_s)
+        },
+        ..MOTOR
+    },
+    Step {
+        number: 83,
+        title: "A slow converter is told",
+        about: "The motor turns, and every conversion of the wiper takes 0.5 ms longer.",
+        run: slow,
+        ..MOTOR
+    },
+    Step {
+        number: 84,
+        title: "An intermittent converter is found",
+        about: "The motor turns, and the wiper reads zero for 0.4 s out of 0.405 s.",
+        run: |rig| {
+            let bound_s = rig.parameter("controller.supervisor.open_bound_s")?;
+            let fault = InjectedFault::ConverterIntermittent { good_ticks: 5, bad_ticks: 400 };
+            found(rig, fault, "a converter that fails now and then", bound_s)
+        },
+        ..MOTOR
+    },
+    Step {
+        number: 85,
+        title: "Sends that fail stop the motor",
+        about: "The robot drives gently, and its radio sends nothing for 1.5 s.",
+        run: |rig| dumb(rig, InjectedFault::SendsFail),
+        ..BARE
+    },
+    Step {
+        number: 86,
+        title: "Sends that never end stop the motor",
+        about: "The robot drives gently, and its radio is not done with a message for 1.5 s.",
+        run: |rig| dumb(rig, InjectedFault::SendsNeverEnd),
+        ..BARE
+    },
+];
+
+/// A fault that the robot must find while the motor turns.
+fn found(rig: &mut Rig, fault: InjectedFault, what: &str, bound_s: f64) -> Result<(), Halt> {
+    rig.drive(CRUISE)?;
+    rig.listen(SETTLE, |_| true)?;
+    if let Some(fault) = rig.fault() {
+        rig.check("the drive before it", format!("{fault:?}"), "no fault", false);
+        return Err(Halt::Noted);
+    }
+    rig.inject(fault, FOR_MS)?;
+    rig.must_fault(what, DELAY, bound_s)
+}
+
+fn slow(rig: &mut Rig) -> Result<(), Halt> {
+    rig.drive(CRUISE)?;
+    rig.listen(SETTLE, |_| true)?;
+    let before = rig.next_status()?.counters;
+    rig.inject(InjectedFault::ConverterSlow { by_us: 500 }, FOR_MS)?;
+    let (mut longest_us, mut missed) = (0, 0);
+    rig.listen(Duration::from_millis(u64::from(FOR_MS) + 1200), |event| {
+        if let Event::Status(status) = event {
+            longest_us = longest_us.max(status.counters.longest_tick_us);
+            missed = status.counters.missed_deadlines.wrapping_sub(before.missed_deadlines);
+        }
+        true
+    })?;
+    rig.check("longest tick", format!("{longest_us} us"), "1000 us or more", longest_us >= 1000);
+    rig.check("missed deadlines", missed.to_string(), "counted: 100 or more", missed >= 100);
+    Ok(())
+}
+
+/// The robot tells nothing for a while: nobody sees what it does, so it must stop.
+fn dumb(rig: &mut Rig, fault: InjectedFault) -> Result<(), Halt> {
+    let bound_s = rig.parameter("controller.supervisor.command_bound_s")?;
+    rig.arm();
+    rig.drive(Command::Duty { duty: GENTLE })?;
+    let since = rig.session.now();
+    rig.inject(fault, RADIO_MS)?;
+    let back = rig.back(since, Duration::from_millis(u64::from(RADIO_MS) + 1500))?;
+    let found = match (back, rig.telemetry()) {
+        (Back::Silent, _) | (_, None) => "it is not heard any more".to_owned(),
+        (back, Some(batch)) => format!("{back:?}, {:?} {:?}", batch.state, batch.fault),
+    };
+    let stopped = back != Back::Silent && rig.telemetry().is_some_and(|batch| !batch.state.is_driving());
+    rig.check("the robot when it is heard again", found, "bridge off", stopped);
+    // The last heartbeat is as old as what the console had heard before it.
+    let longest_ms = (bound_s + 0.35) * 1e3;
+    let text = "from the LED's falling edge to EN's last falling edge; at most command_bound_s and what was on its way";
+    rig.look(&super::from_to("en-falls", text, super::Signal::EnableAfterMark, 0.0, longest_ms, "ms")).map(drop)
+}
