@@ -15,9 +15,10 @@ mod traffic;
 
 use std::time::Duration;
 
-use control::protocol;
+use control::{Parameters, protocol};
 use description::Robot;
 use description::angle_code::AdcCurve;
+use description::design::{DesignError, design};
 use description::robot::Sensor;
 
 pub use operator::{Absent, Act, Answers, Look, Operator, Seen};
@@ -52,23 +53,32 @@ pub struct Options {
     pub place: Place,
     /// The converter of the robot file.
     pub curve: Option<AdcCurve>,
+    /// What the robot's firmware was built with: the bounds that it must keep.
+    pub parameters: Parameters,
 }
 
 impl Options {
     /// What `firmware/UNVERIFIED.md` asks for.
-    #[must_use]
-    pub fn on_bench(robot: &Robot, chip: Chip) -> Self {
+    ///
+    /// # Errors
+    /// No controller can be designed for the robot.
+    pub fn on_bench(robot: &Robot, chip: Chip) -> Result<Self, DesignError> {
         let curve = match &robot.sensor {
             Sensor::Potentiometer(sensor) => Some(AdcCurve::new(&sensor.adc)),
             Sensor::Ideal | Sensor::Encoder(_) => None,
         };
-        Self { chip, only: Vec::new(), length: Duration::from_secs(3600), repeats: 50, place: Place::Bench, curve }
+        let (only, length, repeats) = (Vec::new(), Duration::from_secs(3600), 50);
+        let parameters = design(robot)?.parameters;
+        Ok(Self { chip, only, length, repeats, place: Place::Bench, curve, parameters })
     }
 
     /// The same, shortened: for tests.
-    #[must_use]
-    pub fn simulated(robot: &Robot, chip: Chip) -> Self {
-        Self { length: Duration::from_secs(20), repeats: 3, place: Place::Simulated, ..Self::on_bench(robot, chip) }
+    ///
+    /// # Errors
+    /// As [`Options::on_bench`].
+    pub fn simulated(robot: &Robot, chip: Chip) -> Result<Self, DesignError> {
+        let (length, repeats, place) = (Duration::from_secs(20), 3, Place::Simulated);
+        Ok(Self { length, repeats, place, ..Self::on_bench(robot, chip)? })
     }
 
     fn wants(&self, step: &Step) -> bool {

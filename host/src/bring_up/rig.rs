@@ -317,6 +317,9 @@ impl<'r> Rig<'r> {
             }
             let up = self.session.robot(self.robot).uptime();
             let booted = up.is_some_and(|up| up < self.session.now().saturating_sub(since));
+            if self.telemetry().is_none() {
+                continue;
+            }
             match fresh {
                 Some(reset) if booted => return Ok(Back::Booted(reset)),
                 Some(_) if self.session.now() > watched && self.session.robot(self.robot).is_present() => {
@@ -368,6 +371,13 @@ impl<'r> Rig<'r> {
             }
         }
         Ok(())
+    }
+
+    /// A parameter as the robot file has it, in its unit: what the robot itself says of its bounds may be wrong.
+    pub fn bound(&mut self, name: &str) -> Result<f64, Halt> {
+        let index = table::find(name);
+        let bound = index.and_then(|index| table::get(&self.options.parameters, index));
+        bound.map(f64::from).ok_or_else(|| self.skip(name, "there is no such parameter"))
     }
 
     /// A parameter that the robot runs on, in the robot file's unit.

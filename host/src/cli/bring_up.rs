@@ -10,6 +10,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use control::protocol::dongle::Address;
 use description::Robot;
+use description::design::DesignError;
 use miette::{IntoDiagnostic, Report as Trouble, WrapErr, miette};
 use scram::bring_up::operator::{Expected, Keep};
 use scram::bring_up::report::lines;
@@ -61,7 +62,7 @@ pub struct BringUp {
     chip: ChipName,
     /// Only these steps, by their numbers: 6-9,24
     #[arg(long, value_name = "LIST", value_parser = parse_steps)]
-    steps: Option<Vec<u16>>,
+    steps: Option<Numbers>,
     /// How long the long traffic takes, e.g. 90s, 10m, 1h [default: 1h; with --sim 20s]
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     length: Option<Duration>,
@@ -86,6 +87,10 @@ pub struct BringUp {
     common: Common,
 }
 
+/// Numbers of steps.
+#[derive(Clone, Debug, PartialEq)]
+struct Numbers(Vec<u16>);
+
 #[derive(Clone, Copy, ValueEnum)]
 enum ChipName {
     Esp32,
@@ -99,7 +104,7 @@ impl BringUp {
             return Ok(());
         }
         let robot = self.common.robot()?;
-        let options = self.options(&robot)?;
+        let options = self.options(&robot).map_err(|error| miette!("{}: {error}", self.common.robot.display()))?;
         let report = if self.sim {
             simulated::simulate(&robot, &options, self.common.seed, |_| {}, &mut tell)?
         } else {
@@ -123,21 +128,15 @@ impl BringUp {
         Ok(())
     }
 
-    fn options(&self, robot: &Robot) -> Result<Options, Failure> {
+    fn options(&self, robot: &Robot) -> Result<Options, DesignError> {
         let chip = match self.chip {
             ChipName::Esp32 => Chip::Esp32,
             ChipName::Esp32c3 => Chip::Esp32c3,
         };
-        let mut options = if self.sim { Options::simulated(robot, chip) } else { Options::on_bench(robot, chip) };
+        let mut options = if self.sim { Options::simulated(robot, chip)? } else { Options::on_bench(robot, chip)? };
         options.length = self.length.unwrap_or(options.length);
         options.repeats = self.repeats.unwrap_or(options.repeats);
-        options.only = self.steps.clone().unwrap_or_default();
-        if let Some(unknown) = options.only.iter().find(|number| steps().all(|step| step.number != **number)) {
-            return Err(Failure::Usage(miette!(
-                help = "--list lists them",
-                "--steps: there is no step {unknown} in firmware/UNVERIFIED.md"
-            )));
-        }
+        options.only = self.steps.clone().map(|numbers| numbers.0).unwrap_or_default();
         Ok(options)
     }
 
@@ -361,7 +360,7 @@ fn json(report: &Report) -> Result<String, Trouble> {
 }
 
 /// `6-9,24`
-fn parse_steps(text: &str) -> Result<Vec<u16>, String> {
+fn parse_steps(text: &str) -> Result<Numbers, String> {
     let mut numbers = Vec::new();
     for part in text.split(',') {
         let (from, to) = part.split_once('-').unwrap_or((part, part));
@@ -375,7 +374,7 @@ fn parse_steps(text: &str) -> Result<Vec<u16>, String> {
             return Err(format!("there is no step {part} in firmware/UNVERIFIED.md; --list lists them"));
         }
     }
-    Ok(numbers)
+    Ok(Numbers(numbers))
 }
 
 /// `90s`, `10m`, `1h`; without a unit seconds.
@@ -408,7 +407,7 @@ mod tests {
         for wrong in ["", "0s", "1d", "h", "-1s", "25h", "99999999999999999999h", "é"] {
             assert!(parse_time(wrong).is_err(), "{wrong}");
         }
-        assert_eq!(parse_steps("6-9,24"), Ok(vec![6, 7, 8, 9, 24]));
+        assert_eq!(parse_steps("6-9,24"), Ok(Numbers(vec![6, 7, 8, 9, 24])));
         for wrong in ["", "9-6", "six", "999"] {
             assert!(parse_steps(wrong).is_err(), "{wrong}");
         }

@@ -143,7 +143,7 @@ fn held_reset(rig: &mut Rig) -> Result<(), Halt> {
 }
 
 fn lost_radio(rig: &mut Rig) -> Result<(), Halt> {
-    let bound_s = rig.parameter("controller.supervisor.command_bound_s")?;
+    let bound_s = rig.bound("controller.supervisor.command_bound_s")?;
     let since = drive(rig)?;
     let driven = rig.session.now();
     rig.listen(BEFORE, |_| true)?;

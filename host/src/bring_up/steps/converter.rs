@@ -52,7 +52,7 @@ pub const STEPS: &[Step] = &[
     },
     Step {
         number: 17,
-        title: "One conversion takes 37 us",
+        title: "One conversion takes 37 µs",
         needs: "an oscilloscope, and the LED toggled around `Converter::angle`",
         about: "The time of a conversion is measured.",
         run: |rig| rig.look(&from_to("us", "one conversion", Signal::Conversion, 20.0, 45.0, "us")).map(drop),

@@ -16,8 +16,9 @@ const DELAY: Duration = Duration::from_millis(Injection::DELAY_MS as u64);
 const FOR_MS: u16 = 3000;
 /// How long the radio fails, ms: longer than it takes a console to see a robot as gone.
 const RADIO_MS: u16 = 1500;
-/// How long a starved loop may drive, s.
-const STARVED_S: f64 = 0.2;
+/// How long a starved loop may drive, ms; and until it is told, which takes ticks, s.
+const STARVED_MS: f64 = 200.0;
+const STARVED_TOLD_S: f64 = 0.4;
 /// A speed in the middle of the range, rad/s.
 const CRUISE: Command = Command::Speed { omega: 30.0 };
 /// Until the speed is reached.
@@ -29,11 +30,9 @@ pub const STEPS: &[Step] = &[
     Step {
         number: 81,
         title: "A starved control loop is found",
-        about: "The motor turns, and every tick takes 60 ms.",
-        run: |rig| {
-            let fault = InjectedFault::StarveLoop { hang_ms: 60, run_ticks: 0 };
-            found(rig, fault, "a loop that hangs for 60 ms in every tick", STARVED_S)
-        },
+        needs: "an oscilloscope on EN and on the LED's pin, trigger on the LED's falling edge",
+        about: "The motor turns, and every tick takes 30 ms.",
+        run: starved,
         ..MOTOR
     },
     Step {
@@ -41,7 +40,7 @@ pub const STEPS: &[Step] = &[
         title: "A converter that is stuck is found",
         about: "The motor turns, and the wiper's conversions repeat one code.",
         run: |rig| {
-            let bound_s = rig.parameter("controller.supervisor.frozen_bound_s")?;
+            let bound_s = rig.bound("controller.supervisor.frozen_bound_s")?;
             found(rig, InjectedFault::ConverterStuck, "a converter that is stuck", bound_s)
         },
         ..MOTOR
@@ -58,7 +57,7 @@ pub const STEPS: &[Step] = &[
         title: "An intermittent converter is found",
         about: "The motor turns, and the wiper reads zero for 0.4 s out of 0.405 s.",
         run: |rig| {
-            let bound_s = rig.parameter("controller.supervisor.open_bound_s")?;
+            let bound_s = rig.bound("controller.supervisor.open_bound_s")?;
             let fault = InjectedFault::ConverterIntermittent { good_ticks: 5, bad_ticks: 400 };
             found(rig, fault, "a converter that fails now and then", bound_s)
         },
@@ -79,6 +78,14 @@ pub const STEPS: &[Step] = &[
         ..BARE
     },
 ];
+
+fn starved(rig: &mut Rig) -> Result<(), Halt> {
+    rig.arm();
+    let fault = InjectedFault::StarveLoop { hang_ms: 30, run_ticks: 0 };
+    found(rig, fault, "a loop that hangs for 30 ms in every tick", STARVED_TOLD_S)?;
+    let look = super::from_to("en-falls", super::EN_FALLS, super::Signal::EnableAfterMark, 0.0, STARVED_MS, "ms");
+    rig.look(&look).map(drop)
+}
 
 /// A fault that the robot must find while the motor turns.
 fn found(rig: &mut Rig, fault: InjectedFault, what: &str, bound_s: f64) -> Result<(), Halt> {
@@ -112,7 +119,7 @@ fn slow(rig: &mut Rig) -> Result<(), Halt> {
 
 /// The robot tells nothing for a while: nobody sees what it does, so it must stop.
 fn dumb(rig: &mut Rig, fault: InjectedFault) -> Result<(), Halt> {
-    let bound_s = rig.parameter("controller.supervisor.command_bound_s")?;
+    let bound_s = rig.bound("controller.supervisor.command_bound_s")?;
     rig.arm();
     rig.drive(Command::Duty { duty: GENTLE })?;
     let since = rig.session.now();

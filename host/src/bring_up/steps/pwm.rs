@@ -48,7 +48,7 @@ pub const STEPS: &[Step] = &[
         number: 23,
         title: "Direction",
         needs: "eyes on the shaft, from above",
-        about: "Duty 0.6: the shaft turns counter-clockwise; otherwise swap the motor's wires.",
+        about: "Duty 1: the shaft turns counter-clockwise; otherwise swap the motor's wires.",
         run: direction,
         wiring: Wiring::Motor,
         ..BARE
@@ -82,7 +82,7 @@ fn swing(rig: &mut Rig) -> Result<(), Halt> {
 }
 
 fn direction(rig: &mut Rig) -> Result<(), Halt> {
-    rig.drive(Command::Duty { duty: 0.6 })?;
+    rig.drive(Command::Duty { duty: 1.0 })?;
     let mut speed = 0.0;
     rig.listen(Duration::from_secs(2), |event| {
         if let Event::Telemetry(batch) = event {
@@ -90,6 +90,8 @@ fn direction(rig: &mut Rig) -> Result<(), Halt> {
         }
         true
     })?;
+    let fault = rig.fault();
+    rig.check("the drive", format!("{fault:?}"), "no fault", fault.is_none());
     rig.check("speed by telemetry", format!("{speed:.1} rad/s"), "above 1 rad/s", speed > 1.0);
     rig.look(&is("counter-clockwise", "it turns counter-clockwise from above", Signal::CounterClockwise)).map(drop)
 }

@@ -15,8 +15,9 @@ use crate::bring_up::step::{Step, Wiring};
 const HOUR: Duration = Duration::from_secs(3600);
 /// How long the link is looked at.
 const LOOK: Duration = Duration::from_secs(5);
-/// Share of frames that may be missing.
+/// Share of orders that may be missing, and of frames that may come without acknowledgement.
 const MOST_LOST: f64 = 0.03;
+const MOST_UNHEARD: f64 = 0.1;
 /// Resets that must have different nonces.
 const RESETS: usize = 10;
 const SNIFFER: &str = "a sniffer (a second board, or Wireshark in monitor mode)";
@@ -143,18 +144,19 @@ fn hear_each_other(rig: &mut Rig) -> Result<(), Halt> {
     let unacknowledged = f64::from(counted.unacknowledged - counts.unacknowledged);
     let lost = more(|status| status.counters.lost);
     let shares = [
-        ("orders that the robot missed", lost, lost + more(|status| status.counters.received)),
-        ("frames of the dongle without acknowledgement", unacknowledged, acknowledged + unacknowledged),
+        ("orders that the robot missed", lost, lost + more(|status| status.counters.received), MOST_LOST),
+        ("frames of the dongle without acknowledgement", unacknowledged, acknowledged + unacknowledged, MOST_UNHEARD),
         (
             "frames of the robot without acknowledgement",
             more(|status| status.counters.send_failed),
             more(|status| status.counters.sent) + more(|status| status.counters.send_failed),
+            MOST_UNHEARD,
         ),
     ];
-    for (what, bad, all) in shares {
+    for (what, bad, all, most) in shares {
         let share = bad / all.max(1.0);
-        let good = all > 0.0 && share < MOST_LOST;
-        rig.check(what, format!("{:.1} % of {all}", 100.0 * share), "below 3 %", good);
+        let expected = format!("below {:.0} %", 100.0 * most);
+        rig.check(what, format!("{:.1} % of {all}", 100.0 * share), &expected, all > 0.0 && share < most);
     }
     Ok(())
 }

@@ -14,8 +14,9 @@ use crate::link::Event;
 const HANDS: Duration = Duration::from_secs(30);
 /// The shaft turns by then.
 const SETTLE: Duration = Duration::from_secs(2);
-/// Driven hard, so that a shaft that stands is blocked: 30 rad/s.
+/// A speed in the middle of the range, rad/s, and all that the bridge has: a shaft that stands then is blocked.
 const CRUISE: Command = Command::Speed { omega: 30.0 };
+const HARD: Command = Command::Duty { duty: 1.0 };
 
 const MOTOR: Step = Step { wiring: Wiring::Motor, ..BARE };
 
@@ -24,7 +25,7 @@ pub const STEPS: &[Step] = &[
         number: 87,
         title: "A blocked shaft is found",
         needs: "a gloved hand, or a clamp",
-        about: "The motor turns, and the mass is held.",
+        about: "The motor turns at duty 1, and the mass is held.",
         run: blocked,
         ..MOTOR
     },
@@ -46,8 +47,8 @@ pub const STEPS: &[Step] = &[
     },
 ];
 
-fn cruise(rig: &mut Rig) -> Result<(), Halt> {
-    rig.drive(CRUISE)?;
+fn turn(rig: &mut Rig, command: Command) -> Result<(), Halt> {
+    rig.drive(command)?;
     rig.listen(SETTLE, |_| true)?;
     if let Some(fault) = rig.fault() {
         rig.check("the drive before it", format!("{fault:?}"), "no fault", false);
@@ -58,8 +59,8 @@ fn cruise(rig: &mut Rig) -> Result<(), Halt> {
 
 /// The fault's beginning is in the telemetry: the codes stand still.
 fn blocked(rig: &mut Rig) -> Result<(), Halt> {
-    let bound_s = rig.parameter("controller.supervisor.stall_bound_s")?;
-    cruise(rig)?;
+    let bound_s = rig.bound("controller.supervisor.stall_bound_s")?;
+    turn(rig, HARD)?;
     rig.act_now(Act::HoldShaft(true))?;
     let (mut moved_at, mut code, mut off_at) = (None, 0_u16, None);
     rig.listen(HANDS, |event| {
@@ -69,8 +70,9 @@ fn blocked(rig: &mut Rig) -> Result<(), Halt> {
                 if row.code.abs_diff(code) > STILL_LSB {
                     (moved_at, code) = (Some(tick), row.code);
                 }
-                if row.duty.is_none() && off_at.is_none() {
+                if row.duty.is_none() {
                     off_at = Some(tick);
+                    break;
                 }
             }
         }
@@ -93,7 +95,7 @@ fn blocked(rig: &mut Rig) -> Result<(), Halt> {
 const STILL_LSB: u16 = 40;
 
 fn breaks(rig: &mut Rig, act: Act, mend: Act) -> Result<(), Halt> {
-    cruise(rig)?;
+    turn(rig, CRUISE)?;
     rig.act_now(act)?;
     match rig.await_fault(HANDS)? {
         Some((fault, _)) => rig.check(&act.words(), format!("{fault:?}"), "a fault, bridge off", true),
