@@ -34,7 +34,9 @@ impl Inputs {
         let wiper: Input<Wiper> = config.enable_pin_with_cal(pins.wiper, Attenuation::_11dB);
         let cell: Input<Cell> = config.enable_pin_with_cal(pins.cell, Attenuation::_11dB);
         let [low_end, high_end] = [0, FULL_SCALE].map(|raw| wiper.cal_scheme.adc_val(raw));
-        Self { adc: Adc::new(pins.adc, config), wiper, cell, curve, low_end, high_end }
+        let adc = Adc::new(pins.adc, config);
+        board::power_the_converter();
+        Self { adc, wiper, cell, curve, low_end, high_end }
     }
 
     /// A reading at an end of the converter says only that: it becomes the end of the robot file's converter.
@@ -52,7 +54,8 @@ impl Inputs {
 /// Waits for one conversion, mV. A converter that never ends it is the watchdog's business.
 fn convert<P: AdcChannel>(adc: &mut Adc<'static, Unit, Blocking>, input: &mut Input<P>) -> u16 {
     loop {
-        if let Ok(millivolt) = adc.read_oneshot(input) {
+        // The first step starts it, the others ask whether it is done.
+        if let Ok(millivolt) = board::convert_step(|| adc.read_oneshot(input)) {
             return millivolt;
         }
     }

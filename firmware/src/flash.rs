@@ -8,7 +8,7 @@ use esp_bootloader_esp_idf::partitions::{PARTITION_TABLE_MAX_LEN, read_partition
 use esp_hal::peripherals::FLASH;
 use esp_storage::{FlashStorage, FlashStorageError};
 
-use crate::{board, watchdog};
+use crate::board;
 
 /// Label of the parameters' partition in partitions.csv.
 pub const PARAMETERS: &str = "params";
@@ -66,7 +66,7 @@ fn while_off(write: impl FnOnce() -> Result<(), FlashStorageError>) -> Result<()
         if !board::bridge_is_off() {
             return Err(FlashError::Driving);
         }
-        watchdog::lengthen();
+        // With the bridge off the watchdog bears with the longest of them.
         write().map_err(FlashError::Driver)
     })
 }

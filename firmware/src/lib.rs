@@ -6,10 +6,15 @@
 #![no_std]
 
 pub mod adc;
+#[cfg(feature = "esp32c3")]
+mod analog_bus;
+#[cfg(feature = "esp32")]
+mod analog_power;
 pub mod board;
 pub mod bridge;
 pub mod flash;
 pub mod led;
+pub mod memory;
 pub mod panic;
 pub mod radio;
 pub mod random;

@@ -4,16 +4,20 @@
 //! Broadcasts are never encrypted. The driver receives them from anybody without being told, and its list of peers has the
 //! broadcast address from the start, so that they can be sent. Who may say what, `control::protocol::secure` decides.
 
-use control::protocol::radio::LONGEST;
+use core::slice;
+
 use esp_hal::efuse::{InterfaceMacAddress, interface_mac_address};
 use esp_hal::peripherals::WIFI;
 use esp_radio::esp_now::{
-    EspNowError, EspNowManager, EspNowReceiver, EspNowSender, EspNowWifiInterface, PeerInfo, PhyMode, RateConfig,
-    WifiPhyRate,
+    Error, EspNowError, EspNowManager, EspNowSender, EspNowWifiInterface, PeerInfo, PhyMode, RateConfig, WifiPhyRate,
 };
 use esp_radio::wifi::{ControllerConfig, WifiController, WifiError};
 use heapless::Vec;
-use shell::board::{self, Address, RadioKey, Received};
+use shell::board::{self, Address, Gauge, RadioKey, Readings, Received, Sent};
+use shell::inbox::Inbox;
+
+use crate::board::driver::{esp_now_recv_info_t, esp_now_register_recv_cb};
+use crate::memory;
 
 /// Channel of the robot and of the dongle: the lowest, allowed everywhere.
 pub const CHANNEL: u8 = 1;
@@ -21,8 +25,9 @@ pub const CHANNEL: u8 = 1;
 const RATE: RateConfig = RateConfig { phy_mode: PhyMode::_11g, rate: WifiPhyRate::Rate6m, ersu: false, dcm: false };
 /// Whom a radio can meet: the keys that the hardware holds, all of them for ESP-NOW. The driver's own choice is 7.
 pub const MOST_MET: usize = 17;
-/// Room for the radio's buffers, queues and task stacks, bytes.
-pub const HEAP_BYTES: usize = 72 * 1024;
+
+/// What has come in.
+static INBOX: Inbox = Inbox::new();
 
 /// Why there is no radio.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +38,9 @@ pub enum RadioError {
     /// The driver refuses the channel.
     #[error("the radio refuses channel {CHANNEL}: {0:?}")]
     Channel(EspNowError),
+    /// The driver refuses our callback.
+    #[error("the radio's driver refuses to hand over what it receives: {0}")]
+    Callback(i32),
 }
 
 /// The board's own address.
@@ -49,29 +57,61 @@ pub fn address() -> Address {
 /// # Errors
 /// The driver's reason.
 pub fn start(wifi: WIFI<'static>) -> Result<(Receiver, Sender), RadioError> {
-    // The driver lives on in the parts below. It does not save power by sleeping (its default), which would cost latency.
-    let config = ControllerConfig::default().with_espnow_max_encrypt_num(MOST_MET as u8);
+    // The driver lives on in the parts below. It does not save power by sleeping (its default), which would cost latency. Frames of
+    // ESP-NOW are never aggregated.
+    let config = ControllerConfig::default()
+        .with_espnow_max_encrypt_num(MOST_MET as u8)
+        .with_static_rx_buf_num(memory::STATIC_RX)
+        .with_dynamic_rx_buf_num(memory::DYNAMIC_RX)
+        .with_dynamic_tx_buf_num(memory::DYNAMIC_TX)
+        .with_ampdu_rx_enable(false)
+        .with_ampdu_tx_enable(false)
+        .with_rx_ba_win(0);
     let controller = WifiController::new(wifi, config).map_err(RadioError::Wifi)?;
     let (manager, sender, receiver) = controller.esp_now().split();
+    // esp-radio's own callback takes memory for a frame of any length, and resets the chip where there is none.
+    // SAFETY: the driver runs, and calls a function that lives for ever.
+    match unsafe { esp_now_register_recv_cb(Some(take)) } {
+        0 => {}
+        error => return Err(RadioError::Callback(error)),
+    }
+    // What came in before that is let go of.
+    while receiver.receive().is_some() {}
     manager.set_channel(CHANNEL).map_err(RadioError::Channel)?;
-    Ok((Receiver(receiver), Sender { sender, manager, keyed: false, slow: Vec::new() }))
+    Ok((Receiver(()), Sender { sender, manager, keyed: false, slow: Vec::new() }))
+}
+
+/// The driver calls it from its task with a frame that has come in.
+// SAFETY: nobody else calls it. The driver's three pointers, and those in the first, are valid until it returns.
+unsafe extern "C" fn take(info: *const esp_now_recv_info_t, frame: *const u8, length: i32) {
+    // SAFETY: as above; null is nothing.
+    let (Some(info), Ok(length)) = (unsafe { info.as_ref() }, usize::try_from(length)) else { return };
+    if info.src_addr.is_null() || info.rx_ctrl.is_null() || frame.is_null() {
+        return;
+    }
+    // SAFETY: an address has six bytes.
+    let from = unsafe { info.src_addr.cast::<Address>().read() };
+    // SAFETY: on both chips the signal's strength is the first of the control information's bit fields, eight bits, signed.
+    let rssi = unsafe { info.rx_ctrl.cast::<i8>().read() };
+    // SAFETY: the driver says how long its copy of the frame is.
+    INBOX.offer(from, rssi, unsafe { slice::from_raw_parts(frame, length) });
 }
 
 /// The receiving half.
-pub struct Receiver(EspNowReceiver);
+pub struct Receiver(());
 
 impl board::Receiver for Receiver {
     async fn receive(&mut self) -> Received {
-        loop {
-            let message = self.0.receive_async().await;
-            // Longer ones exist only in ESP-NOW's second version, which nobody of ours sends.
-            if message.data().len() > LONGEST {
-                continue;
-            }
-            let Ok(payload) = Vec::from_slice(message.data()) else { continue };
-            let rssi = message.info.rx_control.rssi.clamp(i8::MIN.into(), i8::MAX.into()) as i8;
-            return Received { from: message.info.src_address, rssi, payload };
-        }
+        INBOX.receive().await
+    }
+}
+
+/// The driver, asked how it is.
+pub struct Driver;
+
+impl Gauge for Driver {
+    fn read(&self) -> Readings {
+        Readings { too_long: INBOX.too_long(), overrun: INBOX.overrun(), heap_least_free: memory::least_free() }
     }
 }
 
@@ -86,11 +126,19 @@ pub struct Sender {
 }
 
 impl board::Sender for Sender {
-    async fn send(&mut self, to: &Address, payload: &[u8]) -> bool {
+    async fn send(&mut self, to: &Address, payload: &[u8]) -> Sent {
         if self.slow.contains(to) {
             self.hasten(to);
         }
-        self.sender.send_async(to, payload).await.is_ok()
+        match self.sender.send_async(to, payload).await {
+            Ok(()) => Sent::Acknowledged,
+            // To somebody who was not met, or longer than a message can be: no fault of the radio.
+            Err(
+                EspNowError::SendFailed
+                | EspNowError::Error(Error::NotFound | Error::InvalidArgument | Error::InterfaceMismatch),
+            ) => Sent::Unheard,
+            Err(_) => Sent::Refused,
+        }
     }
 }
 

@@ -12,8 +12,9 @@ use crate::board;
 #[ram(unstable(rtc_fast, persistent))]
 static MARK: AtomicU32 = AtomicU32::new(0);
 
-/// No number that memory holds by chance.
+/// No numbers that memory holds by chance.
 const PANICKED: u32 = 0xB41D_6E0F;
+const RADIO: u32 = 0x5EAD_0A17;
 
 /// The reset to come is a panic's.
 #[ram]
@@ -21,13 +22,15 @@ pub fn mark_panic() {
     MARK.store(PANICKED, Ordering::Relaxed);
 }
 
-/// Why the processor started. Clears the mark of a panic: call it once.
+/// Why the processor started. Clears the mark: call it once.
 #[must_use]
 pub fn reason() -> Reset {
-    let panicked = MARK.load(Ordering::Relaxed) == PANICKED;
-    MARK.store(0, Ordering::Relaxed);
-    // A panic may end by the watchdog, when printing its cause takes too long.
-    if panicked { Reset::Panic } else { esp_hal::system::reset_reason().map_or(Reset::Other, plain) }
+    match MARK.swap(0, Ordering::Relaxed) {
+        // A panic may end by the watchdog, when printing its cause takes too long.
+        PANICKED => Reset::Panic,
+        RADIO => Reset::Radio,
+        _ => esp_hal::system::reset_reason().map_or(Reset::Other, plain),
+    }
 }
 
 /// A reset button on the chip's enable pin looks like a power-up to both chips, and is told as one.
@@ -49,8 +52,11 @@ fn plain(reason: SocResetReason) -> Reset {
 pub struct SoftwareReset;
 
 impl Restart for SoftwareReset {
-    fn restart(&mut self) -> ! {
+    fn restart(&mut self, why: Reset) -> ! {
         board::cut_bridge();
+        if why == Reset::Radio {
+            MARK.store(RADIO, Ordering::Relaxed);
+        }
         // The control loop is an interrupt, and could close the bridge again.
         // SAFETY: interrupts are never enabled again, the chip resets.
         let _ = unsafe { critical_section::acquire() };

@@ -6,7 +6,7 @@ use common::default_robot;
 use description::robot::Radio;
 use hal_sim::radio::airtime::Rate;
 use hal_sim::radio::loss::{Bursts, Loss};
-use hal_sim::radio::{Address, Air, BROADCAST, LONGEST, Sent, Trouble};
+use hal_sim::radio::{Address, Air, BROADCAST, LONGEST, LONGEST_HEARD, Sent, Trouble};
 use hal_sim::random::{Source, Stream};
 
 const ROBOT: Address = [2, 0, 0, 0, 0, 1];
@@ -449,7 +449,7 @@ fn one_nuisance_leaves_the_others_alone() {
 fn too_long_a_frame_is_refused() {
     let mut air = air(&clean(), 20);
     assert_eq!(air.send(5, DONGLE, ROBOT, &[0; LONGEST + 1]), Sent { done_us: 5, acknowledged: false });
-    air.inject(5, DONGLE, ROBOT, &[0; LONGEST + 1]);
+    air.inject(5, DONGLE, ROBOT, &[0; LONGEST_HEARD + 1]);
     assert_eq!(air.counts().refused, 2);
     assert_eq!(air.receive(u64::MAX, &ROBOT), None);
 }

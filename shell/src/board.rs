@@ -1,5 +1,6 @@
 //! What a board gives the tasks. One file a board in `firmware/src/board/`, and one for the host in `workbench/`.
 
+use control::protocol::radio::Reset;
 use control::protocol::secure::Nonce;
 use control::{Actuation, AdcCode};
 
@@ -20,8 +21,42 @@ pub trait Bridge {
     fn apply(&mut self, actuation: Actuation);
 }
 
-/// The hardware watchdog, armed before the tasks start. The control loop alone feeds it.
+/// How long a hardware watchdog waits for its next meal before it resets the chip.
+///
+/// Each is as short as the longest pause that is no fault. The RTC's own oscillator counts it, which drifts with temperature and
+/// supply: allow for a third.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Patience {
+    /// The bridge is on. Nothing legitimate keeps the control loop out for as much as a period: flash is written with the bridge
+    /// off only, and what masks interrupts (critical sections of the radio, transactions on the analogue bus, a queue's copy) takes
+    /// some ten microseconds. Forty periods are what the rest is not worth arguing about: the motor turns by a third of a turn.
+    Driving,
+    /// The bridge is off. The longest legitimate pause is the erasing of one sector of flash, for which the chip stands still: 45 ms,
+    /// at most 400 ms (W25Q32JV data sheet, tSE), plus what the oscillator may be off.
+    Resting,
+    /// Nothing feeds it yet, or nothing will: the radio starts (calibration, 0.2 s), six sectors of a damaged store are mended (each
+    /// up to 400 ms), or the cause of a panic is printed. The bridge is off.
+    Starting,
+}
+
+impl Patience {
+    /// In microseconds.
+    #[must_use]
+    pub const fn us(self) -> u64 {
+        match self {
+            Self::Driving => 40_000,
+            Self::Resting => 800_000,
+            Self::Starting => 5_000_000,
+        }
+    }
+}
+
+/// The hardware watchdog, armed with [`Patience::Starting`] before the tasks start. One task alone feeds it: the robot's control
+/// loop, or the dongle's guard.
 pub trait Watchdog {
+    /// Changes how long it waits; where that is a change, it counts anew from here. Before the bridge is switched on, and after it
+    /// is off.
+    fn expect(&mut self, patience: Patience);
     /// Puts its end off.
     fn feed(&mut self);
 }
@@ -49,11 +84,40 @@ pub trait Receiver {
     fn receive(&mut self) -> impl Future<Output = Received>;
 }
 
+/// What became of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sent {
+    /// The other radio acknowledged it. A broadcast was sent.
+    Acknowledged,
+    /// It was sent, and nobody acknowledged it; or the radio does not know whom it is for.
+    Unheard,
+    /// The driver did not take it: it has no buffer left.
+    Refused,
+}
+
 /// The sending half of the radio.
 pub trait Sender {
-    /// Sends and waits for the radio's acknowledgement; false without one. The future must be awaited to its end: a
-    /// dropped one leaves the driver waiting for a callback that belongs to the next message.
-    fn send(&mut self, to: &Address, payload: &[u8]) -> impl Future<Output = bool>;
+    /// Sends and waits until the radio is done with it. The future is awaited to its end, or nothing is sent any more until the
+    /// radio has been reset: a dropped one leaves the driver waiting for a callback that would be taken for the next message's.
+    /// [`Bounded`](crate::bounded::Bounded) sees to that.
+    fn send(&mut self, to: &Address, payload: &[u8]) -> impl Future<Output = Sent>;
+}
+
+/// What the radio's driver knows of itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Readings {
+    /// Frames longer than any of ours, dropped where they came in.
+    pub too_long: u32,
+    /// Frames dropped because the receiving task did not keep up.
+    pub overrun: u32,
+    /// The least that was free of the radio's memory since boot, bytes; 0 where it is not known.
+    pub heap_least_free: u32,
+}
+
+/// The radio's driver, asked how it is.
+pub trait Gauge {
+    /// How it is.
+    fn read(&self) -> Readings;
 }
 
 /// ESP-NOW's own encryption, on the sending half.
@@ -73,6 +137,6 @@ pub trait Entropy {
 
 /// The processor's reset.
 pub trait Restart {
-    /// Boots; the bridge is open from then on.
-    fn restart(&mut self) -> !;
+    /// Boots, and tells why afterwards; the bridge is open from then on.
+    fn restart(&mut self, why: Reset) -> !;
 }

@@ -10,22 +10,32 @@
 //! Only `tell` waits for the host, and only `send` for the radio. What does not fit into a queue meanwhile is dropped and
 //! counted, so a host that does not read stops nothing but what is for it. Every `Send` is answered by one `Sent`, unless
 //! [`Counters::answers_dropped`] counts it.
+//!
+//! A radio that sends nothing any more ([`crate::bounded`]) ends with the processor's reset, of which the host hears by a `Hello`. So
+//! does anything that keeps one of the four tasks from coming round, for `guard` feeds the hardware watchdog only when each of them
+//! has done so since the last time.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
+use core::pin::pin;
 
 use control::protocol::VERSION;
 use control::protocol::dongle::{Counters, FromDongle, ToDongle};
 use control::protocol::frame::{Deframer, LONGEST, encode};
-use embassy_futures::join::join4;
+use control::protocol::radio::Reset;
+use embassy_futures::join::join5;
 use embassy_futures::select::{Either4, select4};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::{Channel, TrySendError};
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 
-use crate::board::{Address, Encryption, Payload, RadioKey, Received, Receiver, Sender};
+use crate::board::{
+    Address, Encryption, Gauge, Patience, Payload, RadioKey, Readings, Received, Receiver, Restart, Sender, Sent,
+    Watchdog,
+};
+use crate::bounded::Bounded;
 
 /// Commands that wait for the radio: it takes some milliseconds for each.
 pub const SENDS: usize = 8;
@@ -41,6 +51,8 @@ const STALL: Duration = Duration::from_millis(500);
 const RETRY: Duration = Duration::from_millis(100);
 /// After a failed read: short, because a UART that has lost bytes fails, too, and more are coming.
 const READ_AGAIN: Duration = Duration::from_millis(1);
+/// A task that waits comes round as often as that: several times in the watchdog's patience.
+const ROUND: Duration = Duration::from_millis(200);
 
 /// For the sending half of the radio, in the host's order.
 #[expect(clippy::large_enum_variant, reason = "there is no heap, and few exist at a time")]
@@ -66,6 +78,9 @@ pub struct Shared {
     /// The host asked. One answer is enough where it asks again before that.
     hello: Signal<CriticalSectionRawMutex, ()>,
     count: Signal<CriticalSectionRawMutex, ()>,
+    /// Every task has come round.
+    alive: Signal<CriticalSectionRawMutex, ()>,
+    rounds: Mutex<CriticalSectionRawMutex, Cell<u8>>,
     counters: Mutex<CriticalSectionRawMutex, RefCell<Counters>>,
 }
 
@@ -88,6 +103,10 @@ impl Shared {
             answers_dropped: 0,
             bad_frames: 0,
             not_met: 0,
+            send_refused: 0,
+            too_long: 0,
+            overrun: 0,
+            heap_least_free: 0,
         };
         Self {
             jobs: Channel::new(),
@@ -95,6 +114,8 @@ impl Shared {
             answers: Channel::new(),
             hello: Signal::new(),
             count: Signal::new(),
+            alive: Signal::new(),
+            rounds: Mutex::new(Cell::new(0)),
             counters: Mutex::new(RefCell::new(counters)),
         }
     }
@@ -111,6 +132,31 @@ impl Shared {
             let counter = counter(&mut counters);
             *counter = counter.wrapping_add(1);
         });
+    }
+
+    /// A task has come round.
+    fn round(&self, task: Task) {
+        let all = self.rounds.lock(|rounds| {
+            let come = rounds.get() | 1 << task as u8;
+            let all = come == Task::ALL;
+            rounds.set(if all { 0 } else { come });
+            all
+        });
+        if all {
+            self.alive.signal(());
+        }
+    }
+
+    /// Waits, and comes round meanwhile.
+    async fn wait<T>(&self, task: Task, what: impl Future<Output = T>) -> T {
+        let mut what = pin!(what);
+        loop {
+            self.round(task);
+            // Only the reference is dropped: a read or a send goes on.
+            if let Ok(done) = with_timeout(ROUND, what.as_mut()).await {
+                return done;
+            }
+        }
     }
 
     /// Queues what the radio shall do, if there is room. A key that finds none is not lost in silence: what is sent without it
@@ -155,41 +201,98 @@ pub struct Identity {
     pub channel: u8,
 }
 
-/// All four tasks in one.
+/// What waits, and must come round.
+#[derive(Clone, Copy)]
+enum Task {
+    Hear,
+    Send,
+    Listen,
+    Tell,
+}
+
+impl Task {
+    /// A bit of each.
+    const ALL: u8 =
+        (1 << Self::Hear as u8) | (1 << Self::Send as u8) | (1 << Self::Listen as u8) | (1 << Self::Tell as u8);
+}
+
+/// The dongle's parts of the board.
+#[derive(Debug)]
+pub struct Parts<R, W, X, T, G, D, S> {
+    /// The serial line, receiving half.
+    pub from_host: R,
+    /// The serial line, sending half.
+    pub to_host: W,
+    /// The radio, receiving half.
+    pub receiver: X,
+    /// The radio, sending half.
+    pub sender: T,
+    /// The radio's driver.
+    pub gauge: G,
+    /// The watchdog, armed.
+    pub watchdog: D,
+    /// The processor's reset.
+    pub restart: S,
+}
+
+/// All its tasks in one.
 pub async fn run(
-    from_host: impl Read,
-    to_host: impl Write,
-    receiver: impl Receiver,
-    sender: impl Sender + Encryption,
+    parts: Parts<
+        impl Read,
+        impl Write,
+        impl Receiver,
+        impl Sender + Encryption,
+        impl Gauge,
+        impl Watchdog,
+        impl Restart,
+    >,
     identity: Identity,
     shared: &Shared,
 ) -> ! {
-    join4(hear(receiver, shared), send(sender, shared), listen(from_host, shared), tell(to_host, identity, shared))
-        .await
-        .0
+    let Parts { from_host, to_host, receiver, sender, gauge, watchdog, restart } = parts;
+    let (hear, send) = (hear(receiver, shared), send(sender, restart, shared));
+    let (listen, tell) = (listen(from_host, shared), tell(to_host, gauge, identity, shared));
+    join5(hear, send, listen, tell, guard(watchdog, shared)).await.0
+}
+
+/// Feeds the watchdog whenever every other task has come round.
+async fn guard(mut watchdog: impl Watchdog, shared: &Shared) -> ! {
+    loop {
+        shared.alive.wait().await;
+        // It has no bridge.
+        watchdog.expect(Patience::Resting);
+        watchdog.feed();
+    }
 }
 
 /// Takes in radio messages. Waits for nothing but the radio.
-pub async fn hear(mut receiver: impl Receiver, shared: &Shared) -> ! {
+async fn hear(mut receiver: impl Receiver, shared: &Shared) -> ! {
     loop {
-        let received = receiver.receive().await;
+        let received = shared.wait(Task::Hear, receiver.receive()).await;
         shared.add(|c| &mut c.received);
         shared.reception(received);
     }
 }
 
-/// Does with the radio what the host orders. Every send is awaited to its end.
-pub async fn send(mut sender: impl Sender + Encryption, shared: &Shared) -> ! {
+/// Does with the radio what the host orders. Every send is awaited to its end, or to its limit: then the processor is reset.
+async fn send(sender: impl Sender + Encryption, mut restart: impl Restart, shared: &Shared) -> ! {
+    let mut sender = Bounded::new(sender);
     loop {
-        match shared.jobs.receive().await {
+        match shared.wait(Task::Send, shared.jobs.receive()).await {
             Job::Send { number, to, payload } => {
-                let acknowledged = sender.send(&to, &payload).await;
+                let Ok(sent) = shared.wait(Task::Send, sender.send(&to, &payload)).await else {
+                    restart.restart(Reset::Radio);
+                };
+                let acknowledged = sent == Sent::Acknowledged;
                 shared.add(|c| if acknowledged { &mut c.sent } else { &mut c.send_failed });
+                if sent == Sent::Refused {
+                    shared.add(|c| &mut c.send_refused);
+                }
                 shared.answer(Answer { number, acknowledged });
             }
-            Job::Primary(key) => sender.primary(&key),
+            Job::Primary(key) => sender.radio().primary(&key),
             Job::Meet { address, local } => {
-                if !sender.meet(&address, &local) {
+                if !sender.radio().meet(&address, &local) {
                     shared.add(|c| &mut c.not_met);
                 }
             }
@@ -198,11 +301,11 @@ pub async fn send(mut sender: impl Sender + Encryption, shared: &Shared) -> ! {
 }
 
 /// Reads what the host says. Waits for nothing but the host.
-pub async fn listen(mut from_host: impl Read, shared: &Shared) -> ! {
+async fn listen(mut from_host: impl Read, shared: &Shared) -> ! {
     let mut deframer = Deframer::default();
     let mut bytes = [0; 64];
     loop {
-        match from_host.read(&mut bytes).await {
+        match shared.wait(Task::Listen, from_host.read(&mut bytes)).await {
             Ok(read @ 1..) => bytes.iter().take(read).for_each(|byte| take(&mut deframer, *byte, shared)),
             // Unplugged, or bytes are lost: what comes next does not belong to what came before.
             Ok(0) | Err(_) => {
@@ -226,26 +329,27 @@ fn take(deframer: &mut Deframer, byte: u8, shared: &Shared) {
 }
 
 /// Tells the host: what it asked for first, then what became of its messages, then what came in.
-pub async fn tell(to_host: impl Write, identity: Identity, shared: &Shared) -> ! {
+async fn tell(to_host: impl Write, gauge: impl Gauge, identity: Identity, shared: &Shared) -> ! {
     let mut line = Line { to_host, buffer: [0; _] };
     let hello = FromDongle::Hello { version: VERSION, address: identity.address, channel: identity.channel };
     let mut greeted = false;
     loop {
         if !greeted {
-            match line.write(&hello).await {
+            match shared.wait(Task::Tell, line.write(&hello)).await {
                 Ok(prompt) => greeted = prompt,
                 Err(Broken) => Timer::after(RETRY).await,
             }
             continue;
         }
         let (asked, became, came) = (&shared.count, &shared.answers, &shared.receptions);
-        let message = match select4(shared.hello.wait(), asked.wait(), became.receive(), came.receive()).await {
+        let next = select4(shared.hello.wait(), asked.wait(), became.receive(), came.receive());
+        let message = match shared.wait(Task::Tell, next).await {
             Either4::First(()) => hello.clone(),
-            Either4::Second(()) => FromDongle::Counted(shared.counters()),
+            Either4::Second(()) => FromDongle::Counted(with(gauge.read(), shared.counters())),
             Either4::Third(Answer { number, acknowledged }) => FromDongle::Sent { number, acknowledged },
             Either4::Fourth(Received { from, rssi, payload }) => FromDongle::Received { from, rssi, payload },
         };
-        greeted = match line.write(&message).await {
+        greeted = match shared.wait(Task::Tell, line.write(&message)).await {
             Ok(prompt) => prompt,
             Err(Broken) => {
                 match message {
@@ -257,6 +361,12 @@ pub async fn tell(to_host: impl Write, identity: Identity, shared: &Shared) -> !
             }
         };
     }
+}
+
+/// The counters with what the radio's driver counts.
+fn with(readings: Readings, counters: Counters) -> Counters {
+    let Readings { too_long, overrun, heap_least_free } = readings;
+    Counters { too_long, overrun, heap_least_free, ..counters }
 }
 
 /// The line failed in the middle of a frame.

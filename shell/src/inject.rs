@@ -10,7 +10,7 @@ use control::AdcCode;
 use control::protocol::radio::{Crash, CrashPlace, InjectedFault};
 use embassy_time::{Instant, Timer};
 
-use crate::board::{self, Address};
+use crate::board::{self, Address, Sent};
 use crate::robot::Shared;
 
 /// What a board does to itself on request.
@@ -140,17 +140,17 @@ impl<'s, T: board::Sender, S: Saboteur> Sender<'s, T, S> {
 }
 
 impl<T: board::Sender, S: Saboteur> board::Sender for Sender<'_, T, S> {
-    async fn send(&mut self, to: &Address, payload: &[u8]) -> bool {
+    async fn send(&mut self, to: &Address, payload: &[u8]) -> Sent {
         let fault = self.shared.injected().filter(|(fault, _)| !in_loop(*fault));
         if self.trigger.begins(fault) {
             self.saboteur.mark();
         }
         match fault {
             Some((InjectedFault::Crash { how, .. }, _)) => self.saboteur.crash(how),
-            Some((InjectedFault::SendsFail, _)) => false,
+            Some((InjectedFault::SendsFail, _)) => Sent::Unheard,
             Some((InjectedFault::SendsNeverEnd, until)) => {
                 Timer::at(until).await;
-                false
+                Sent::Unheard
             }
             _ => self.inner.send(to, payload).await,
         }

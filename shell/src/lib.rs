@@ -11,8 +11,10 @@ extern crate std;
 
 pub mod adc;
 pub mod board;
+pub mod bounded;
 pub mod dongle;
 pub mod image;
+pub mod inbox;
 pub mod inject;
 pub mod pwm;
 pub mod robot;

@@ -7,7 +7,8 @@ use std::rc::Rc;
 use std::task::{Poll, Waker};
 
 use hal_sim::radio::{Air, AirCounts, SecondTalker, Trouble};
-use shell::board::{Address, Encryption, Payload, RadioKey, Received, Receiver, Sender};
+use shell::board::{Address, Encryption, Gauge, RadioKey, Readings, Received, Receiver, Sender, Sent};
+use shell::inbox::Inbox;
 
 use crate::journal::{Event, Journal};
 use crate::power::Power;
@@ -19,8 +20,22 @@ const MOST_MET: usize = 17;
 /// What a radio encrypts with, to and from another one.
 type Keys = (RadioKey, RadioKey);
 
+/// How a radio's driver takes what is to be sent, until its processor is reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Driver {
+    /// As it should.
+    #[default]
+    Works,
+    /// It sends, and never calls back.
+    Stuck,
+    /// It has no buffer left.
+    Full,
+}
+
 #[derive(Default)]
 struct Radio {
+    inbox: Inbox,
+    driver: Driver,
     waker: Option<Waker>,
     primary: RadioKey,
     met: BTreeMap<Address, RadioKey>,
@@ -54,13 +69,13 @@ impl Ether {
 
     /// Switches a radio on, without keys. `journal` hears what it sends and receives.
     #[must_use]
-    pub fn join(&self, address: Address, power: &Power, journal: &Journal) -> (HostReceiver, HostSender) {
+    pub fn join(&self, address: Address, power: &Power, journal: &Journal) -> (HostReceiver, HostSender, HostGauge) {
         let mut inner = self.0.borrow_mut();
         inner.air.join(address);
         let radio = inner.radios.entry(address).or_default();
         *radio = Radio { callback_us: radio.callback_us, unreadable: radio.unreadable, ..Radio::default() };
         let half = Half { ether: self.clone(), address, power: power.clone(), journal: journal.clone() };
-        (HostReceiver(half.clone()), HostSender(half))
+        (HostReceiver(half.clone()), HostSender(half.clone()), HostGauge(half))
     }
 
     /// Switches a radio off.
@@ -82,6 +97,11 @@ impl Ether {
     /// From now on a radio calls back so much later, µs.
     pub fn delay_callbacks(&self, address: Address, by_us: u64) {
         self.0.borrow_mut().radios.entry(address).or_default().callback_us = by_us;
+    }
+
+    /// From now on a radio's driver is broken, until its processor is reset.
+    pub(crate) fn break_driver(&self, address: Address, driver: Driver) {
+        self.0.borrow_mut().radios.entry(address).or_default().driver = driver;
     }
 
     /// Brings a frame to a radio in anybody's name.
@@ -106,6 +126,15 @@ impl Ether {
         self.0.borrow().air.counts()
     }
 
+    /// What a radio's driver says of itself. There is no heap here.
+    #[must_use]
+    pub fn readings(&self, address: &Address) -> Readings {
+        let inner = self.0.borrow();
+        let too_long = inner.radios.get(address).map_or(0, |radio| radio.inbox.too_long());
+        let overrun = u32::try_from(inner.air.overflowed(address)).unwrap_or(u32::MAX);
+        Readings { too_long, overrun, heap_least_free: 0 }
+    }
+
     /// Frames that a radio received and could not decrypt.
     #[must_use]
     pub fn unreadable(&self, address: &Address) -> u64 {
@@ -120,7 +149,7 @@ impl Inner {
     }
 
     /// The next frame for a radio. What is encrypted for other keys than its own never comes out of it, though its hardware
-    /// has acknowledged it.
+    /// has acknowledged it. What does goes through the same inbox as on a chip.
     fn receive(&mut self, address: &Address) -> Option<(u64, Received)> {
         loop {
             let delivery = self.air.receive(now_us(), address)?;
@@ -130,9 +159,10 @@ impl Inner {
                 radio.unreadable += 1;
                 continue;
             }
-            // The air carries nothing longer.
-            let Ok(payload) = Payload::from_slice(&delivery.payload) else { continue };
-            return Some((delivery.arrived_us, Received { from: delivery.from, rssi: delivery.rssi, payload }));
+            radio.inbox.offer(delivery.from, delivery.rssi, &delivery.payload);
+            if let Some(received) = radio.inbox.try_receive() {
+                return Some((delivery.arrived_us, received));
+            }
         }
     }
 }
@@ -186,21 +216,40 @@ impl Drop for Underway<'_> {
 }
 
 impl Sender for HostSender {
-    async fn send(&mut self, to: &Address, payload: &[u8]) -> bool {
+    async fn send(&mut self, to: &Address, payload: &[u8]) -> Sent {
         let half = &self.0;
         half.journal.note(Event::Sending(*to, payload.to_vec()));
-        let (done_us, acknowledged) = {
-            let mut inner = half.ether.0.borrow_mut();
-            let sent = inner.air.send(now_us(), half.address, *to, payload);
-            inner.wake();
-            let callback_us = inner.radios.get(&half.address).map_or(0, |radio| radio.callback_us);
-            (sent.done_us.saturating_add(callback_us), sent.acknowledged)
-        };
+        let (done_us, sent) = half.hand_over(to, payload);
         let underway = Underway(half);
         until(done_us).await;
         std::mem::forget(underway);
-        half.journal.note(Event::Sent(acknowledged));
-        acknowledged
+        half.journal.note(Event::Sent(sent == Sent::Acknowledged));
+        sent
+    }
+}
+
+impl Half {
+    /// When the driver calls back, µs, and what it says.
+    fn hand_over(&self, to: &Address, payload: &[u8]) -> (u64, Sent) {
+        let mut inner = self.ether.0.borrow_mut();
+        let (driver, callback_us) =
+            inner.radios.get(&self.address).map_or((Driver::Works, 0), |radio| (radio.driver, radio.callback_us));
+        if driver == Driver::Full {
+            return (now_us(), Sent::Refused);
+        }
+        let sent = inner.air.send(now_us(), self.address, *to, payload);
+        inner.wake();
+        let done_us = if driver == Driver::Stuck { u64::MAX } else { sent.done_us.saturating_add(callback_us) };
+        (done_us, if sent.acknowledged { Sent::Acknowledged } else { Sent::Unheard })
+    }
+}
+
+/// The driver, asked how it is.
+pub struct HostGauge(Half);
+
+impl Gauge for HostGauge {
+    fn read(&self) -> Readings {
+        self.0.ether.readings(&self.0.address)
     }
 }
 

@@ -5,18 +5,22 @@ use std::future::Future;
 use std::rc::Rc;
 
 use control::protocol::radio::Reset;
-use hal_sim::radio::{Air, SecondTalker};
+use hal_sim::radio::{Air, BROADCAST, SecondTalker};
+use shell::board::Address;
 
-use crate::air::Ether;
+use crate::air::{Driver, Ether};
 use crate::dongle::Dongle;
 use crate::incident::Incident;
-use crate::parts::Hold;
+use crate::parts::{Hold, Seeded};
 use crate::robot::Robot;
 use crate::setup::Setup;
 use crate::time::{World, now_us, until};
 
 /// Resets are noticed, and incidents happen, so often at the least, µs.
 const STEP_US: u64 = 1000;
+
+/// Makes the flood's draws differ from the robots'.
+const FLOOD: u64 = 0xF100D;
 
 /// Dongle, robots, the air between, and the time. A thread has one bench at a time.
 pub struct Bench {
@@ -31,6 +35,8 @@ pub struct Bench {
     coming: Vec<(u64, Incident)>,
     /// The second talker's period, µs.
     attack_us: Rc<Cell<u64>>,
+    /// The flood's period, µs, and the length of its frames.
+    flood: Rc<Cell<(u64, usize)>>,
     seed: u64,
 }
 
@@ -52,7 +58,7 @@ impl Bench {
             robot
         });
         let robots = robots.collect();
-        Self { robots, dongle, ether, world, coming: Vec::new(), attack_us: Rc::default(), seed }
+        Self { robots, dongle, ether, world, coming: Vec::new(), attack_us: Rc::default(), flood: Rc::default(), seed }
     }
 
     /// Time since the beginning, µs.
@@ -90,6 +96,9 @@ impl Bench {
             for robot in &mut self.robots {
                 robot.restart_if_wanted(&mut self.world, &self.ether);
             }
+            if let Some(dongle) = &mut self.dongle {
+                dongle.restart_if_wanted(&mut self.world, &self.ether);
+            }
             if now_us() >= end_us && self.coming.first().is_none_or(|(at_us, _)| *at_us > end_us) {
                 return;
             }
@@ -114,6 +123,12 @@ impl Bench {
             Incident::Leap(robot, by_us) => self.robots[robot].leap(by_us, world),
             Incident::Place(robot, position_m) => ether.place(self.robots[robot].address(), position_m),
             Incident::SlowRadio(robot, by_us) => ether.delay_callbacks(self.robots[robot].address(), by_us),
+            Incident::RadioStuck(robot) => ether.break_driver(self.robots[robot].address(), Driver::Stuck),
+            Incident::RadioFull(robot) => ether.break_driver(self.robots[robot].address(), Driver::Full),
+            Incident::DongleSpins => self.dongle.iter().for_each(|dongle| dongle.spin(world)),
+            Incident::DongleRadioStuck => self.break_dongle(Driver::Stuck),
+            Incident::DongleRadioFull => self.break_dongle(Driver::Full),
+            Incident::Flood { every_us, length } => self.flood(every_us, length),
             Incident::DongleHangs => self.dongle.iter().for_each(Dongle::hang),
             Incident::DongleBoots => self.dongle.iter_mut().for_each(|dongle| dongle.boot(world, ether)),
             Incident::Cable(cable) => self.dongle.iter().for_each(|dongle| dongle.line.plug(cable)),
@@ -126,6 +141,33 @@ impl Bench {
     /// A robot boots.
     pub fn boot(&mut self, robot: usize, reset: Reset) {
         self.happen(Incident::Boot(robot, reset));
+    }
+
+    fn break_dongle(&self, driver: Driver) {
+        if let Some(dongle) = &self.dongle {
+            self.ether.break_driver(dongle.identity().address, driver);
+        }
+    }
+
+    fn flood(&mut self, every_us: u64, length: usize) {
+        let flowing = self.flood.replace((every_us, length)).0 > 0;
+        if flowing || every_us == 0 {
+            return;
+        }
+        let mut names: Vec<Address> = self.robots.iter().map(|robot| robot.address()).collect();
+        names.extend(self.dongle.iter().map(|dongle| dongle.identity().address));
+        let (flood, ether, random) = (Rc::clone(&self.flood), self.ether.clone(), Seeded::new(self.seed ^ FLOOD));
+        self.spawn(async move {
+            while let (every_us @ 1.., length) = flood.get() {
+                // A stranger now and then.
+                let stranger: Address = random.bytes();
+                let from = *names.get(random.up_to(names.len() as u64) as usize).unwrap_or(&stranger);
+                let payload: Vec<u8> =
+                    (0..length.div_ceil(64)).flat_map(|_| random.bytes::<64>()).take(length).collect();
+                ether.inject(from, BROADCAST, &payload);
+                until(now_us() + every_us).await;
+            }
+        });
     }
 
     fn attack(&mut self, every_us: u64) {

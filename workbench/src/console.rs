@@ -9,7 +9,7 @@ use control::protocol::pairing::Pairing;
 use control::protocol::radio::{Answer, Do, FromRobot, LONGEST, Telling, ToRobot, What};
 use control::protocol::secure::{Caller, Kind, Nonce, Opener, Sealer, kind};
 use hal_sim::radio::BROADCAST;
-use shell::board::{Encryption, Receiver, Sender};
+use shell::board::{Encryption, Receiver, Sender, Sent};
 
 use crate::air::HostSender;
 use crate::bench::Bench;
@@ -73,7 +73,7 @@ impl Console {
         let journal = Journal::new(Detail::Everything);
         let power = Power::new(|| {});
         power.rise();
-        let (mut receiver, mut sender) = bench.ether.join(pairing.console, &power, &journal);
+        let (mut receiver, mut sender, _) = bench.ether.join(pairing.console, &power, &journal);
         let robot = bench.robots[robot].address();
         sender.primary(&pairing.primary);
         sender.meet(&robot, &pairing.local);
@@ -137,9 +137,9 @@ impl Console {
                 None => until(now_us() + 50).await,
             }
         };
-        let acknowledged = sender.send(&to, frame).await;
+        let sent = sender.send(&to, frame).await;
         *self.0.sender.borrow_mut() = Some(sender);
-        acknowledged
+        sent == Sent::Acknowledged
     }
 
     /// Begins a session: calls until it is welcomed, and gives signs of life until it is told something, such as the time on

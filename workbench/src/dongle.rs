@@ -3,13 +3,18 @@
 use std::rc::Rc;
 
 use control::protocol::dongle::Counters;
-use shell::dongle::{Identity, Shared, run};
+use shell::board::Readings;
+use shell::dongle::{Identity, Parts, Shared, run};
 
 use crate::air::Ether;
 use crate::journal::{Detail, Journal};
+use crate::parts::Dog;
 use crate::power::Power;
 use crate::serial::Serial;
-use crate::time::{Processor, World};
+use crate::time::{Processor, World, now_us, pass};
+
+/// Longer than any simulation, µs.
+const FOR_EVER_US: u64 = 1 << 60;
 
 /// A dongle on the bench.
 pub struct Dongle {
@@ -19,6 +24,9 @@ pub struct Dongle {
     power: Power,
     processor: Processor,
     shared: Rc<Shared>,
+    dog: Dog,
+    boots: u32,
+    ether: Ether,
 }
 
 impl Dongle {
@@ -31,6 +39,9 @@ impl Dongle {
             power: Power::new(move || its_ether.leave(&identity.address)),
             processor: world.processor(),
             shared: Rc::new(Shared::new()),
+            dog: Dog::default(),
+            boots: 0,
+            ether: ether.clone(),
         }
     }
 
@@ -41,15 +52,44 @@ impl Dongle {
         self.power.rise();
         self.line.reset();
         self.shared = Rc::new(Shared::new());
-        let (line, identity, shared) = (self.line.clone(), self.identity, Rc::clone(&self.shared));
-        let (receiver, sender) = ether.join(identity.address, &self.power, &Journal::new(Detail::Nothing));
-        let task = async move { run(line.clone(), line, receiver, sender, identity, &shared).await };
-        world.spawn(self.processor, self.power.run(task));
+        self.dog = Dog::default();
+        self.boots += 1;
+        let (receiver, sender, gauge) = ether.join(self.identity.address, &self.power, &Journal::new(Detail::Nothing));
+        let parts = Parts {
+            from_host: self.line.clone(),
+            to_host: self.line.clone(),
+            receiver,
+            sender,
+            gauge,
+            watchdog: self.dog.clone(),
+            restart: self.power.clone(),
+        };
+        let (identity, shared) = (self.identity, Rc::clone(&self.shared));
+        world.spawn(self.processor, self.power.run(async move { run(parts, identity, &shared).await }));
     }
 
-    /// Its processor stands still.
+    /// Boots it where its program asked for that, or where the watchdog was not fed.
+    pub(crate) fn restart_if_wanted(&mut self, world: &mut World, ether: &Ether) {
+        let hungry = self.power.is_running() && now_us() >= self.dog.bites_us();
+        if self.power.wanted().is_some() || hungry {
+            self.boot(world, ether);
+        }
+    }
+
+    /// Its processor stands still for good, and its watchdog with it.
     pub(crate) fn hang(&self) {
         self.power.fall();
+    }
+
+    /// Its program comes to nothing any more.
+    pub(crate) fn spin(&self, world: &mut World) {
+        world.spawn(self.processor, self.power.run(async { pass(FOR_EVER_US) }));
+    }
+
+    /// How often it has booted.
+    #[must_use]
+    pub fn boots(&self) -> u32 {
+        self.boots
     }
 
     /// Who it is.
@@ -58,9 +98,10 @@ impl Dongle {
         self.identity
     }
 
-    /// Its counters since it booted.
+    /// Its counters since it booted, as it tells them.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        self.shared.counters()
+        let Readings { too_long, overrun, heap_least_free } = self.ether.readings(&self.identity.address);
+        Counters { too_long, overrun, heap_least_free, ..self.shared.counters() }
     }
 }

@@ -27,8 +27,18 @@ pub enum Incident {
     Place(usize, f64),
     /// A robot's radio calls back so much later from now on, µs.
     SlowRadio(usize, u64),
-    /// The dongle's processor stands still.
+    /// A robot's radio never calls back any more, until its processor is reset: a send that does not end.
+    RadioStuck(usize),
+    /// A robot's radio has no buffer left for anything to send, until its processor is reset.
+    RadioFull(usize),
+    /// The dongle's processor stands still for good, and its watchdog with it.
     DongleHangs,
+    /// The dongle's program comes to nothing any more; its watchdog is left.
+    DongleSpins,
+    /// The dongle's radio never calls back any more, until its processor is reset.
+    DongleRadioStuck,
+    /// The dongle's radio has no buffer left for anything to send, until its processor is reset.
+    DongleRadioFull,
     /// The dongle is reset and boots.
     DongleBoots,
     /// The dongle's cable.
@@ -37,6 +47,14 @@ pub enum Incident {
     ReadsFail,
     /// The air differs from the robot file from now on.
     Air(Trouble),
+    /// From now on somebody sends everybody frames of so many bytes ([`hal_sim::radio::LONGEST_HEARD`] at the most) with any content
+    /// and in anybody's name, one every so many µs; 0 ends it.
+    Flood {
+        /// µs from one to the next.
+        every_us: u64,
+        /// Bytes of each.
+        length: usize,
+    },
     /// A second talker forges and replays a frame every so many µs from now on; 0 ends it.
     Attack(u64),
 }

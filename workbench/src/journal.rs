@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use control::protocol::radio::Reset;
 use control::{Actuation, AdcCode};
-use shell::board::Address;
+use shell::board::{Address, Patience};
 
 use crate::time::now_us;
 
@@ -23,6 +23,8 @@ pub enum Event {
     Applied(Actuation),
     /// The watchdog was fed.
     Fed,
+    /// The watchdog's patience was changed.
+    Expected(Patience),
     /// The LED was switched.
     Lit(bool),
     /// A fault that was asked for begins: see [`shell::inject`].

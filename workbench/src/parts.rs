@@ -1,6 +1,6 @@
 //! The control loop's parts of the board: a simulated robot behind converter and bridge, a watchdog, an LED.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
@@ -11,7 +11,7 @@ use hal_sim::SimulatedRobot;
 use hal_sim::adc::Adc;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use shell::board::{Bridge, Converter, Entropy, Led, Watchdog};
+use shell::board::{Bridge, Converter, Entropy, Led, Patience, Watchdog};
 use shell::inject::Saboteur;
 
 use crate::broken::Broken;
@@ -144,15 +144,47 @@ impl Plant {
     }
 }
 
-/// The hardware watchdog: a hundred ticks without one that ended, as in the firmware, µs.
-pub const WATCHDOG_US: u64 = 100_000;
+/// The hardware watchdog's patience while the motor is driven, µs: from the last tick that ended to the reset.
+pub const WATCHDOG_US: u64 = Patience::Driving.us();
+
+/// A hardware watchdog. Clones are the same one.
+#[derive(Clone)]
+pub struct Dog(Rc<Cell<(u64, Patience)>>);
+
+impl Default for Dog {
+    /// Armed now.
+    fn default() -> Self {
+        Self(Rc::new(Cell::new((now_us(), Patience::Starting))))
+    }
+}
+
+impl Dog {
+    /// When it bites, µs.
+    #[must_use]
+    pub fn bites_us(&self) -> u64 {
+        let (fed_us, patience) = self.0.get();
+        fed_us + patience.us()
+    }
+}
+
+impl Watchdog for Dog {
+    fn expect(&mut self, patience: Patience) {
+        if self.0.get().1 != patience {
+            self.0.set((now_us(), patience));
+        }
+    }
+
+    fn feed(&mut self) {
+        self.0.set((now_us(), self.0.get().1));
+    }
+}
 
 /// The simulated robot's converter, bridge and watchdog.
 #[derive(Clone)]
 pub struct Board {
     plant: Rc<RefCell<Plant>>,
     power: Power,
-    fed_us: Rc<RefCell<u64>>,
+    dog: Dog,
     journal: Journal,
 }
 
@@ -160,8 +192,7 @@ impl Board {
     /// The parts of one processor. The watchdog is armed.
     #[must_use]
     pub fn new(plant: &Rc<RefCell<Plant>>, power: &Power, journal: &Journal) -> Self {
-        let fed_us = Rc::new(RefCell::new(now_us()));
-        Self { plant: Rc::clone(plant), power: power.clone(), fed_us, journal: journal.clone() }
+        Self { plant: Rc::clone(plant), power: power.clone(), dog: Dog::default(), journal: journal.clone() }
     }
 
     /// The processor does nothing else for so long, µs, unless the watchdog ends it.
@@ -169,8 +200,7 @@ impl Board {
         if self.plant.borrow().has(Broken::Watchdog) {
             return pass(for_us);
         }
-        let bites_us = *self.fed_us.borrow() + WATCHDOG_US;
-        let left_us = bites_us.saturating_sub(now_us());
+        let left_us = self.dog.bites_us().saturating_sub(now_us());
         pass(for_us.min(left_us));
         if for_us > left_us {
             self.power.reset(Reset::Watchdog);
@@ -214,7 +244,7 @@ impl Bridge for Board {
 impl Board {
     /// The watchdog was not fed for so long that it bites.
     pub(crate) fn is_hungry(&self) -> bool {
-        !self.plant.borrow().has(Broken::Watchdog) && now_us() >= *self.fed_us.borrow() + WATCHDOG_US
+        !self.plant.borrow().has(Broken::Watchdog) && now_us() >= self.dog.bites_us()
     }
 }
 
@@ -241,8 +271,13 @@ impl Saboteur for Board {
 }
 
 impl Watchdog for Board {
+    fn expect(&mut self, patience: Patience) {
+        self.dog.expect(patience);
+        self.journal.note(Event::Expected(patience));
+    }
+
     fn feed(&mut self) {
-        *self.fed_us.borrow_mut() = now_us();
+        self.dog.feed();
         self.journal.note(Event::Fed);
     }
 }

@@ -93,7 +93,7 @@ impl Power {
 }
 
 impl Restart for Power {
-    fn restart(&mut self) -> ! {
-        self.reset(Reset::Software)
+    fn restart(&mut self, why: Reset) -> ! {
+        self.reset(why)
     }
 }

@@ -11,7 +11,7 @@ use control::protocol::radio::{Counters, Reset};
 use control::protocol::secure::Ear;
 use control::{Actuation, Fault, Parameters, State};
 use hal_sim::{SimulatedRobot, Truth};
-use shell::board::{Address, Encryption, Sender};
+use shell::board::{Address, Encryption, Readings, Sender, Sent};
 use shell::inject;
 use shell::robot::{
     Booted, Identity, Parts, Settings, Shared, Shown, boot, control_loop, keep, led, pair, receive, send,
@@ -70,6 +70,7 @@ pub struct Robot {
     injectable: bool,
     /// Its ticks come late by up to so much, µs.
     jitter_us: Rc<Cell<u64>>,
+    ether: Ether,
 }
 
 impl Robot {
@@ -106,6 +107,7 @@ impl Robot {
             shared: Rc::new(Shared::new()),
             injectable: member.injectable,
             jitter_us: Rc::new(Cell::new(0)),
+            ether: ether.clone(),
         }
     }
 
@@ -154,21 +156,21 @@ impl Robot {
         let console = pairing.as_ref().ok().map(|pairing| pairing.console);
         // Paired with nobody, it says nothing on the air.
         if let Ok(Pairing { console, primary, local, key }) = pairing {
-            let (receiver, mut sender) = ether.join(self.address, &self.power, &self.journal);
+            let (receiver, mut sender, gauge) = ether.join(self.address, &self.power, &self.journal);
             sender.primary(&primary);
             sender.meet(&console, &local);
             let (entropy, shared) = (self.entropy.clone(), Rc::clone(&self.shared));
             start(Box::pin(async move { receive(receiver, Ear::new(key), console, entropy, &shared).await }));
-            let shared = Rc::clone(&self.shared);
+            let (restart, shared) = (self.power.clone(), Rc::clone(&self.shared));
             let sender = Radio { sender, deaf: self.has(Broken::Acknowledgement) };
             if self.injectable {
                 let saboteur = board.clone();
                 start(Box::pin(async move {
                     let sender = inject::Sender::new(sender, saboteur, &shared);
-                    send(sender, console, &about, &shared).await
+                    send(sender, gauge, restart, console, &about, &shared).await
                 }));
             } else {
-                start(Box::pin(async move { send(sender, console, &about, &shared).await }));
+                start(Box::pin(async move { send(sender, gauge, restart, console, &about, &shared).await }));
             }
         }
         let (flash, factory, shared) = (self.flash.clone(), self.settings.parameters, Rc::clone(&self.shared));
@@ -264,10 +266,11 @@ impl Robot {
         }
     }
 
-    /// Its counters since it booted.
+    /// Its counters since it booted, as it tells them.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        self.shared.counters()
+        let Readings { too_long, overrun, heap_least_free } = self.ether.readings(&self.address);
+        Counters { too_long, overrun, heap_least_free, ..self.shared.counters() }
     }
 }
 
@@ -278,8 +281,11 @@ struct Radio {
 }
 
 impl Sender for Radio {
-    async fn send(&mut self, to: &Address, payload: &[u8]) -> bool {
-        self.sender.send(to, payload).await && !self.deaf
+    async fn send(&mut self, to: &Address, payload: &[u8]) -> Sent {
+        match self.sender.send(to, payload).await {
+            Sent::Acknowledged if self.deaf => Sent::Unheard,
+            sent => sent,
+        }
     }
 }
 

@@ -241,7 +241,11 @@ fn whatever_breaks_between_person_and_motor_the_bridge_opens() {
         (out_of_reach, 0.6),
         (Incident::PowerCut(0), 0.001),
         (Incident::Boot(0, Reset::BrownOut), 0.001),
-        (Incident::Hold(0, 10_000_000), 0.102),
+        (Incident::Hold(0, 10_000_000), 0.042),
+        (Incident::DongleSpins, 0.6),
+        (Incident::DongleRadioStuck, 0.6),
+        (Incident::RadioStuck(0), 0.6),
+        (Incident::RadioFull(0), 0.6),
         (Incident::Fault(0, hal_sim::Fault::SensorOpen), 1.0),
         (Incident::Fault(0, hal_sim::Fault::BatteryLow { open_circuit_v: 2.9 }), 0.2),
     ] {

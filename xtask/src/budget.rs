@@ -16,6 +16,8 @@ pub struct Budget {
     pub image_bytes: u64,
     /// RAM taken before the first function runs
     pub static_ram_bytes: u64,
+    /// What must be left of the radio's heap in the worst case; nothing for a program without a radio
+    pub heap_least_free_bytes: Option<u64>,
 }
 
 /// The limits of every binary, by chip and name.
@@ -74,7 +76,7 @@ mod tests {
     fn a_budget_is_found_by_chip_and_binary() {
         let budgets = Budgets::parse(GOOD).expect("a budget");
         let robot = budgets.of(Chip::Esp32c3, "robot").expect("the robot's");
-        assert_eq!(robot, Budget { image_bytes: 500_000, static_ram_bytes: 150_000 });
+        assert_eq!(robot, Budget { image_bytes: 500_000, static_ram_bytes: 150_000, heap_least_free_bytes: None });
     }
 
     #[test]

@@ -5,6 +5,11 @@ use clap::ValueEnum;
 /// The programs that a chip can run.
 pub const BINARIES: [&str; 3] = ["robot", "dongle", "hil"];
 
+/// Whether a program has a radio.
+pub fn has_radio(binary: &str) -> bool {
+    binary != "hil"
+}
+
 /// A chip that the firmware is written for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum Chip {

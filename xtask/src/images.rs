@@ -8,8 +8,10 @@ use miette::{IntoDiagnostic, Result, WrapErr, miette};
 
 use crate::budget::{Budget, Budgets, grouped, over};
 use crate::cargo;
-use crate::chip::{BINARIES, Chip};
+use crate::chip::{BINARIES, Chip, has_radio};
 use crate::flash::espflash;
+use crate::heap::{self, Heap};
+use crate::overrides;
 use crate::project::Project;
 use crate::sections::Sections;
 use crate::toolchain::output_of;
@@ -19,6 +21,8 @@ struct Measured {
     binary: String,
     image: u64,
     sections: Sections,
+    /// The radio's
+    heap: Option<Heap>,
     budget: Budget,
 }
 
@@ -27,7 +31,8 @@ impl Measured {
     fn violations(&self) -> impl Iterator<Item = String> {
         let image = over("image", self.image, self.budget.image_bytes);
         let ram = over("static RAM", self.sections.static_ram(), self.budget.static_ram_bytes);
-        [image, ram].into_iter().flatten().map(|text| format!("{}: {text}", self.binary))
+        let heap = heap::violation(self.heap, self.budget.heap_least_free_bytes);
+        [image, ram, heap].into_iter().flatten().map(|text| format!("{}: {text}", self.binary))
     }
 }
 
@@ -47,12 +52,16 @@ pub fn run(project: &Project, chip: Chip, only: Option<&str>) -> Result<()> {
     let mut measured = Vec::new();
     for &binary in &binaries {
         let elf = executables.get(binary).ok_or_else(|| miette!("cargo built no binary `{binary}`"))?;
+        overrides::check(chip, binary, elf)?;
         let image = save(project, &espflash, chip, elf, &folder.join(format!("{}-{binary}", chip.name())))?;
         let sections = Sections::read(chip, elf)?;
-        measured.push(Measured { binary: binary.to_owned(), image, sections, budget: budgets.of(chip, binary)? });
+        let heap = if has_radio(binary) { Heap::read(elf)? } else { None };
+        let budget = budgets.of(chip, binary)?;
+        measured.push(Measured { binary: binary.to_owned(), image, sections, heap, budget });
     }
     println!("{}, release, by {}; sizes in bytes", chip.name(), toolchain.describe());
     println!("{}\n{}", flash_table(&measured), ram_table(&measured));
+    measured.iter().filter_map(heap_line).for_each(|line| println!("{line}"));
     println!("{}", written(project.short(&folder), chip, &binaries));
     let violations: Vec<String> = measured.iter().flat_map(Measured::violations).collect();
     if violations.is_empty() {
@@ -128,6 +137,17 @@ fn ram_table(measured: &[Measured]) -> Table {
     })
 }
 
+/// The radio's heap, in words: it is computed, not measured.
+fn heap_line(one: &Measured) -> Option<String> {
+    let (heap, limit) = (one.heap?, one.budget.heap_least_free_bytes.unwrap_or_default());
+    let [bytes, worst, free, least] = [heap.bytes, heap.worst_case, heap.least_free(), limit].map(grouped);
+    let holds = if heap.least_free() >= limit { "yes" } else { "NO" };
+    let name = &one.binary;
+    Some(format!(
+        "{name}: heap {bytes}, computed worst case {worst}, left {free}, budget {least} at the least: {holds}"
+    ))
+}
+
 fn share(used: u64, limit: u64) -> String {
     format!("{} %", (100 * used).div_ceil(limit.max(1)))
 }
@@ -159,8 +179,9 @@ mod tests {
 
     fn robot(image: u64, zeroed: u64) -> Measured {
         let sections = Sections { ram_code: 50_000, ram_data: 10_000, ram_zeroed: zeroed, ..Sections::default() };
-        let budget = Budget { image_bytes: 500_000, static_ram_bytes: 160_000 };
-        Measured { binary: "robot".to_owned(), image, sections, budget }
+        let budget = Budget { image_bytes: 500_000, static_ram_bytes: 160_000, heap_least_free_bytes: Some(2000) };
+        let heap = Some(Heap { bytes: 73_728, worst_case: 71_728 });
+        Measured { binary: "robot".to_owned(), image, sections, heap, budget }
     }
 
     #[test]
@@ -173,6 +194,17 @@ mod tests {
         let told: Vec<String> = robot(500_001, 100_016).violations().collect();
         let image = "robot: image 500 001 bytes, budget 500 000: 1 over";
         assert_eq!(told, [image, "robot: static RAM 160 016 bytes, budget 160 000: 16 over"]);
+    }
+
+    #[test]
+    fn a_heap_that_a_flood_can_fill_is_told() {
+        let mut one = robot(1, 1);
+        assert!(heap_line(&one).expect("a radio").ends_with("left 2 000, budget 2 000 at the least: yes"));
+        one.heap = Some(Heap { bytes: 73_728, worst_case: 71_729 });
+        assert_eq!(one.violations().count(), 1);
+        assert!(heap_line(&one).expect("a radio").ends_with("NO"));
+        one.heap = None;
+        assert_eq!((heap_line(&one), one.violations().count()), (None, 1), "and so is a budget for nothing");
     }
 
     #[test]

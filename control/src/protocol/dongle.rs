@@ -108,4 +108,12 @@ pub struct Counters {
     pub bad_frames: u32,
     /// Robots that the radio's list had no room for.
     pub not_met: u32,
+    /// Messages that the radio's driver did not take: it has no buffer left. They count as not acknowledged, too.
+    pub send_refused: u32,
+    /// Frames longer than any of ours, dropped where they came in: somebody else's, or a flood.
+    pub too_long: u32,
+    /// Frames dropped because the dongle did not keep up with the radio: the oldest go first.
+    pub overrun: u32,
+    /// The least that was free of the radio's memory, bytes; 0 where it is not known.
+    pub heap_least_free: u32,
 }

@@ -297,6 +297,8 @@ pub enum Reset {
     External,
     /// Firmware asked for it.
     Software,
+    /// Firmware asked for it, because its radio sent nothing any more.
+    Radio,
     /// A panic, and then firmware asked for it.
     Panic,
     /// The control loop did not feed the watchdog.
@@ -365,6 +367,14 @@ pub struct Counters {
     pub send_failed: u32,
     /// Telemetry rows dropped because the radio did not keep up.
     pub rows_dropped: u32,
+    /// Messages that the radio's driver did not take: it has no buffer left. They count as not acknowledged, too.
+    pub send_refused: u32,
+    /// Frames longer than any of ours, dropped where they came in: somebody else's, or a flood.
+    pub too_long: u32,
+    /// Frames dropped because the robot did not keep up with the radio: the oldest go first.
+    pub overrun: u32,
+    /// The least that was free of the radio's memory, bytes; 0 where it is not known.
+    pub heap_least_free: u32,
 }
 
 #[cfg(test)]
@@ -405,6 +415,10 @@ mod tests {
             sent: most,
             send_failed: most,
             rows_dropped: most,
+            send_refused: most,
+            too_long: most,
+            overrun: most,
+            heap_least_free: most,
         };
         let name = String::try_from("a name that has all 32 bytes of.").expect("it fits");
         let status =

@@ -22,7 +22,8 @@ use firmware::board::{self, Analog, BridgePins, Robot, SerialReceiver, SerialSen
 use firmware::bridge::PwmBridge;
 use firmware::flash::{Flash, PAIRING, PARAMETERS};
 use firmware::led::StatusLed;
-use firmware::radio::{self, HEAP_BYTES, RadioError, Receiver, Sender};
+use firmware::memory::HEAP_BYTES;
+use firmware::radio::{self, Driver, RadioError, Receiver, Sender};
 use firmware::random::Random;
 use firmware::reset::SoftwareReset;
 use firmware::watchdog::{self, Watchdog};
@@ -171,7 +172,7 @@ async fn receive(receiver: Receiver, ear: Ear, console: Address, random: Random)
 
 #[task]
 async fn send(sender: Sender, console: Address, about: &'static About) {
-    shell::robot::send(sender, console, about, &SHARED).await
+    shell::robot::send(sender, Driver, SoftwareReset, console, about, &SHARED).await
 }
 
 #[task]

@@ -13,6 +13,9 @@ use esp_hal::{Async, Blocking};
 
 use super::{Analog, BridgePins, Dongle, Robot, Scheduler};
 
+/// The radio's library, of which esp-radio does not hand everything on.
+pub(crate) use esp_wifi_sys_esp32::include as driver;
+
 /// The chip, for people.
 pub const NAME: &str = "ESP32";
 /// The chip, for `scram hil`.
@@ -25,6 +28,16 @@ pub type Cell = GPIO35<'static>;
 /// The line of the chip's eFuses (two points, or the reference voltage) and above 2.9 V Espressif's table: mV. This chip has no
 /// other.
 pub type Calibration = AdcCalLine<ADC1<'static>>;
+
+/// The converter begins: the radio does not switch it off any more.
+pub(crate) fn power_the_converter() {
+    crate::analog_power::keep_for_the_converter();
+}
+
+/// A step of a conversion: it shares no bus with the radio.
+pub(crate) fn convert_step<R>(step: impl FnOnce() -> R) -> R {
+    step()
+}
 
 /// The bridge's enable pin.
 pub(super) const ENABLE: u8 = 27;
@@ -49,7 +62,7 @@ pub(super) fn robot(p: Peripherals) -> Robot {
 pub(super) fn dongle(p: Peripherals) -> Dongle {
     let (serial_receiver, serial_sender) = serial(p.UART0, p.GPIO3, p.GPIO1).into_async().split();
     let scheduler = Scheduler { timer: p.TIMG0, interrupt: p.FROM_CPU_INTR0 };
-    Dongle { serial_receiver, serial_sender, radio: p.WIFI, scheduler }
+    Dongle { serial_receiver, serial_sender, radio: p.WIFI, watchdog: p.RTC_TIMER, scheduler }
 }
 
 /// From the host.

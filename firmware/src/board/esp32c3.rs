@@ -10,6 +10,9 @@ use esp_hal::{Async, Blocking};
 
 use super::{Analog, BridgePins, Dongle, Robot, Scheduler};
 
+/// The radio's library, of which esp-radio does not hand everything on.
+pub(crate) use esp_wifi_sys_esp32c3::include as driver;
+
 /// The chip, for people.
 pub const NAME: &str = "ESP32-C3";
 /// The chip, for `scram hil`.
@@ -21,6 +24,14 @@ pub type Wiper = GPIO0<'static>;
 pub type Cell = GPIO1<'static>;
 /// One point and the polynomial of the data sheet, from the chip's eFuses: mV.
 pub type Calibration = AdcCalCurve<ADC1<'static>>;
+
+/// The converter begins: nothing to do, nobody else has a say in its power.
+pub(crate) fn power_the_converter() {}
+
+/// A step of a conversion, which is on the bus that the radio uses, too.
+pub(crate) fn convert_step<R>(step: impl FnOnce() -> R) -> R {
+    crate::analog_bus::alone(step)
+}
 
 /// The bridge's enable pin. Not one of GPIO4 to GPIO7: those are JTAG's after a reset, GPIO6 with a pull-up of its own.
 pub(super) const ENABLE: u8 = 10;
@@ -47,7 +58,7 @@ pub(super) fn dongle(p: Peripherals) -> Dongle {
     // The chip's own USB, GPIO18 and GPIO19.
     let (serial_receiver, serial_sender) = UsbSerialJtag::new(p.USB_DEVICE).into_async().split();
     let scheduler = Scheduler { timer: p.TIMG0, interrupt: p.FROM_CPU_INTR0 };
-    Dongle { serial_receiver, serial_sender, radio: p.WIFI, scheduler }
+    Dongle { serial_receiver, serial_sender, radio: p.WIFI, watchdog: p.RTC_TIMER, scheduler }
 }
 
 /// From the host.

@@ -17,10 +17,10 @@ use esp_hal::peripherals::{
     ADC1, FLASH, FROM_CPU_INTR0, FROM_CPU_INTR2, LEDC, Peripherals, RTC_TIMER, TIMG0, TIMG1, WIFI,
 };
 
-pub(crate) use chip::special_reset;
 pub use chip::{
     Calibration, Cell, NAME, SerialReceiver, SerialSender, TARGET, Wiper, cycles, lockstep_serial, start_cycles,
 };
+pub(crate) use chip::{convert_step, driver, power_the_converter, special_reset};
 
 /// The pins of the analogue inputs, and their converter.
 pub struct Analog {
@@ -98,6 +98,8 @@ pub struct Dongle {
     pub serial_sender: SerialSender,
     /// The radio.
     pub radio: WIFI<'static>,
+    /// The watchdog's timer.
+    pub watchdog: RTC_TIMER<'static>,
     /// For the async tasks.
     pub scheduler: Scheduler,
 }

@@ -9,7 +9,7 @@ use super::figures::Figures;
 use super::station::{Origin, Station};
 use super::streams::{Streams, draw_tail, flip_bits};
 use super::trouble::Trouble;
-use super::{Address, AirCounts, BROADCAST, Delivery, LONGEST, Overheard, Sent};
+use super::{Address, AirCounts, BROADCAST, Delivery, LONGEST, LONGEST_HEARD, Overheard, Sent};
 
 /// So many frames are kept for who listens; the oldest goes.
 const OVERHEARD: usize = 256;
@@ -122,7 +122,7 @@ impl Air {
             self.counts.silenced += 1;
             return;
         }
-        if payload.len() > LONGEST {
+        if payload.len() > LONGEST_HEARD {
             self.counts.refused += 1;
             return;
         }
@@ -149,6 +149,12 @@ impl Air {
         let station = &mut self.stations[place];
         station.settle(now_us, self.figures.receive_queue, &mut self.counts);
         station.take()
+    }
+
+    /// Frames that a station dropped since it was switched on, because its queue was full.
+    #[must_use]
+    pub fn overflowed(&self, station: &Address) -> u64 {
+        self.find(station).map_or(0, |place| self.stations[place].overflowed)
     }
 
     /// What happened so far.

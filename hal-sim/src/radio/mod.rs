@@ -42,6 +42,8 @@ pub const BROADCAST: Address = [0xff; 6];
 
 /// Longest payload of ESP-NOW's first version, bytes.
 pub const LONGEST: usize = 250;
+/// Longest payload that a radio hears, ESP-NOW's second version: sent by nobody but an attacker.
+pub const LONGEST_HEARD: usize = 1470;
 
 /// What the sender's callback says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +85,7 @@ pub struct Overheard {
 pub struct AirCounts {
     /// Frames handed over for sending.
     pub sent: u64,
-    /// Frames refused because they are longer than [`LONGEST`], injected ones with them.
+    /// Frames refused because they are longer than [`LONGEST`], injected ones than [`LONGEST_HEARD`].
     pub refused: u64,
     /// Tries beyond the first of a frame.
     pub retried: u64,

@@ -29,6 +29,8 @@ pub(super) struct Station {
     /// By time of arrival.
     coming: VecDeque<Arrival>,
     queue: VecDeque<Delivery>,
+    /// Dropped since it was switched on, because the queue was full.
+    pub overflowed: u64,
     /// The newest frame of each sender that has arrived, by the sender's place in the air's list.
     newest: Vec<u64>,
 }
@@ -42,6 +44,7 @@ impl Station {
             bursts: Bursts::default(),
             coming: VecDeque::new(),
             queue: VecDeque::new(),
+            overflowed: 0,
             newest: Vec::new(),
         }
     }
@@ -51,6 +54,7 @@ impl Station {
         self.on = false;
         self.coming.clear();
         self.queue.clear();
+        self.overflowed = 0;
     }
 
     /// Puts a frame on its way. Of frames that arrive together, the one put first is first.
@@ -75,6 +79,7 @@ impl Station {
             while self.queue.len() > longest {
                 self.queue.pop_front();
                 counts.overflowed += 1;
+                self.overflowed += 1;
             }
         }
     }

@@ -73,6 +73,7 @@ pub fn reset(reset: Reset) -> &'static str {
         Reset::PowerOn => "power-on or reset button",
         Reset::External => "reset by a computer on its USB",
         Reset::Software => "restart by its firmware",
+        Reset::Radio => "restart by its firmware (its radio sent nothing any more)",
         Reset::Panic => "panic in its firmware",
         Reset::Watchdog => "watchdog (its control loop hung)",
         Reset::BrownOut => "brown-out (its supply broke down)",

@@ -12,7 +12,7 @@ use super::median::median;
 use super::schedule::Schedule;
 use super::shared::TickCounts;
 use super::{Settings, Shared, Shown};
-use crate::board::{Bridge, Converter, Watchdog};
+use crate::board::{Bridge, Converter, Patience, Watchdog};
 
 /// The parts of the board that belong to the control loop alone.
 #[derive(Debug)]
@@ -25,7 +25,7 @@ pub struct Parts<C, B, W> {
     pub watchdog: W,
 }
 
-/// Runs the robot. The watchdog is fed at the end of a whole tick and nowhere else.
+/// Runs the robot. The watchdog is fed at the end of a whole tick and nowhere else; only a change of its patience counts anew.
 ///
 /// In an interrupt, give it a reference to the controller: a controller by value takes its size of stack again, and that is
 /// the stack of whatever is interrupted.
@@ -47,7 +47,7 @@ pub async fn control_loop(
         let period = schedule.begin(began_us);
         let (sample, outliers) = measure(&mut converter, settings);
         clerk.serve(controller, &settings.parameters, shared);
-        bridge.apply(controller.tick(&sample));
+        actuate(controller.tick(&sample), &mut bridge, &mut watchdog);
         reporter.report(period, &sample, &controller.telemetry(), shared);
         watchdog.feed();
 
@@ -60,6 +60,17 @@ pub async fn control_loop(
         });
         before = Some((began_us, period));
         Timer::at(Instant::from_micros(schedule.end(ended_us))).await;
+    }
+}
+
+/// Tells the bridge. While it is on, the watchdog is impatient: from before it is switched on until after it is off.
+fn actuate(actuation: Actuation, bridge: &mut impl Bridge, watchdog: &mut impl Watchdog) {
+    if actuation.enable {
+        watchdog.expect(Patience::Driving);
+        bridge.apply(actuation);
+    } else {
+        bridge.apply(actuation);
+        watchdog.expect(Patience::Resting);
     }
 }
 

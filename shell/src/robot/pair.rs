@@ -6,7 +6,7 @@
 use control::protocol::VERSION;
 use control::protocol::frame::{Deframer, LONGEST, encode};
 use control::protocol::pairing::{FromRobot, ToRobot};
-use control::protocol::radio::NAME;
+use control::protocol::radio::{NAME, Reset};
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use heapless::String;
@@ -51,7 +51,7 @@ pub async fn pair(
                     let answer = answer(message, identity, shared).await;
                     line.write(&answer).await;
                     if answer == FromRobot::Kept {
-                        restart.restart();
+                        restart.restart(Reset::Software);
                     }
                 }
             }

@@ -2,8 +2,11 @@
 //!
 //! The status comes once a second and so cannot keep telemetry waiting; the other way round a slow radio would keep the
 //! status, and with it the counters that tell of it, from ever being sent.
+//!
+//! A radio that sends nothing any more ([`crate::bounded`]) ends with the processor's reset, with the motor off. While it is
+//! driven the console hears nothing either: its heartbeats age, and the supervisor stops the motor first.
 
-use control::protocol::radio::{FromRobot, LONGEST, Status, Telling};
+use control::protocol::radio::{Counters, FromRobot, LONGEST, Reset, Status, Telling};
 use control::protocol::secure::{Key, Sealer, WELCOME, notice};
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_time::{Duration, Instant, Timer};
@@ -11,27 +14,48 @@ use embassy_time::{Duration, Instant, Timer};
 use super::clerk::uptime_ms;
 use super::shared::Answered;
 use super::{About, Shared};
-use crate::board::{Address, Sender};
+use crate::board::{Address, Gauge, Readings, Restart, Sender, Sent};
+use crate::bounded::{Bounded, Broken};
 
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
+/// A broken radio waits for the motor to stop: so often it looks.
+const LOOK_AGAIN: Duration = Duration::from_millis(10);
 
-/// Tells the console what the robot does, once there is a session. Every send is awaited to its end.
-pub async fn send(mut sender: impl Sender, console: Address, about: &About, shared: &Shared) -> ! {
+/// Tells the console what the robot does, once there is a session. Every send is awaited to its end, or to its limit: then the
+/// processor is reset as soon as the motor is off.
+pub async fn send(
+    sender: impl Sender,
+    gauge: impl Gauge,
+    mut restart: impl Restart,
+    console: Address,
+    about: &About,
+    shared: &Shared,
+) -> ! {
+    let mut sender = Bounded::new(sender);
     let mut session: Option<Session> = None;
     let mut buffer = [0; LONGEST];
     loop {
-        match next(session.as_ref(), shared).await {
+        let told = match next(session.as_ref(), shared).await {
             Next::Welcome(frame) => tell(&mut sender, &console, &frame, shared).await,
             Next::Notice => tell(&mut sender, &console, &notice(), shared).await,
-            Next::Began(key) => session = Some(Session { sealer: Sealer::robot(key), status_due: Instant::now() }),
+            Next::Began(key) => {
+                session = Some(Session { sealer: Sealer::robot(key), status_due: Instant::now() });
+                continue;
+            }
             Next::Message(message) => {
                 let Some(session) = session.as_mut() else { continue };
-                let message = message.unwrap_or_else(|| session.status(about, shared));
+                let message = message.unwrap_or_else(|| session.status(about, &gauge, shared));
                 let telling = Telling { uptime_ms: uptime_ms(), echo: shared.echo(), message };
                 // The longest of them fit (tested in `radio`).
                 let Ok((frame, _)) = session.sealer.seal(&telling, &mut buffer) else { continue };
-                tell(&mut sender, &console, frame, shared).await;
+                tell(&mut sender, &console, frame, shared).await
             }
+        };
+        if told.is_err() {
+            while !shared.stand_down() {
+                Timer::after(LOOK_AGAIN).await;
+            }
+            restart.restart(Reset::Radio);
         }
     }
 }
@@ -74,23 +98,32 @@ async fn until(time: Option<Instant>) {
     }
 }
 
-async fn tell(sender: &mut impl Sender, console: &Address, frame: &[u8], shared: &Shared) {
-    let acknowledged = sender.send(console, frame).await;
+/// Sends a frame and counts what became of it.
+async fn tell(
+    sender: &mut Bounded<impl Sender>,
+    console: &Address,
+    frame: &[u8],
+    shared: &Shared,
+) -> Result<(), Broken> {
+    let sent = sender.send(console, frame).await?;
     shared.count(|c| {
-        let counter = if acknowledged { &mut c.sent } else { &mut c.send_failed };
+        let counter = if sent == Sent::Acknowledged { &mut c.sent } else { &mut c.send_failed };
         *counter = counter.wrapping_add(1);
+        c.send_refused = c.send_refused.wrapping_add(u32::from(sent == Sent::Refused));
     });
+    Ok(())
 }
 
 impl Session {
-    fn status(&mut self, about: &About, shared: &Shared) -> FromRobot {
+    fn status(&mut self, about: &About, gauge: &impl Gauge, shared: &Shared) -> FromRobot {
         self.status_due = Instant::now() + STATUS_PERIOD;
+        let Readings { too_long, overrun, heap_least_free } = gauge.read();
         FromRobot::Status(Status {
             name: about.name.clone(),
             reset: about.reset,
             parameters: about.parameters,
             injectable: shared.is_injectable(),
-            counters: shared.take_counters(),
+            counters: Counters { too_long, overrun, heap_least_free, ..shared.take_counters() },
         })
     }
 }

@@ -78,7 +78,7 @@ struct State {
     shown: Shown,
     /// See [`Shared::take_lost_stop`].
     lost_stop: bool,
-    /// The flash has work, from its being handed over until it is done.
+    /// The flash has work, from its being handed over until it is done; or the processor is about to be reset.
     working: bool,
     /// What [`Work::Save`] is about.
     set: Option<Parameters>,
@@ -150,6 +150,10 @@ impl Shared {
             sent: 0,
             send_failed: 0,
             rows_dropped: 0,
+            send_refused: 0,
+            too_long: 0,
+            overrun: 0,
+            heap_least_free: 0,
         };
         Self {
             orders: Channel::new(),
@@ -237,6 +241,16 @@ impl Shared {
                 self.work.try_send(work).map_err(|_| Refusal::Saving)
             }
         }
+    }
+
+    /// Whether the processor may be reset now: the motor is not driven, and the flash has nothing to do. If so, nothing new is obeyed
+    /// from now on.
+    pub(super) fn stand_down(&self) -> bool {
+        self.with(|state| {
+            let busy = state.working || matches!(state.shown, Shown::State(now, _) if now.is_driving());
+            state.working |= !busy;
+            !busy
+        })
     }
 
     /// The parameters that are to be kept.

@@ -10,10 +10,12 @@ use std::task::{Poll, Waker};
 use control::protocol::VERSION;
 use control::protocol::dongle::{Counters, FromDongle, RadioKey, ToDongle};
 use control::protocol::frame::{Deframer, LONGEST, encode};
-use control::protocol::radio;
+use control::protocol::radio::{self, Reset};
 use embassy_time::Timer;
-use shell::board::{Address, Encryption, Payload, Received, Receiver, Sender};
-use shell::dongle::{self, Identity, Shared};
+use shell::board::{Address, Encryption, Gauge, Payload, Readings, Received, Receiver, Sender, Sent};
+use shell::dongle::{self, Identity, Parts, Shared};
+use workbench::parts::Dog;
+use workbench::power::Power;
 use workbench::serial::Serial;
 use workbench::time::{World, now_us};
 
@@ -104,9 +106,10 @@ impl Receiver for Radio {
     }
 }
 
-/// What becomes of the message of a number: µs, acknowledged.
-pub type Fate = fn(u32) -> (u64, bool);
+/// What becomes of the message of a number, after how many µs.
+pub type Fate = fn(u32) -> (u64, Sent);
 
+#[derive(Clone)]
 struct Sending(Radio, Fate);
 
 struct Underway(Radio);
@@ -118,15 +121,15 @@ impl Drop for Underway {
 }
 
 impl Sender for Sending {
-    async fn send(&mut self, to: &Address, payload: &[u8]) -> bool {
+    async fn send(&mut self, to: &Address, payload: &[u8]) -> Sent {
         assert_eq!(*to, ROBOT);
         let payload = Payload::from_slice(payload).expect("short");
-        let (takes_us, acknowledged) = (self.1)(number(&payload));
+        let (takes_us, sent) = (self.1)(number(&payload));
         self.0.0.borrow_mut().done.push(Done::Sent(now_us(), payload));
         let underway = Underway(self.0.clone());
         Timer::after_micros(takes_us).await;
         std::mem::forget(underway);
-        acknowledged
+        sent
     }
 }
 
@@ -145,35 +148,68 @@ impl Encryption for Sending {
     }
 }
 
+/// What the driver says of itself.
+pub const READINGS: Readings = Readings { too_long: 3, overrun: 2, heap_least_free: 1 };
+
+impl Gauge for Sending {
+    fn read(&self) -> Readings {
+        READINGS
+    }
+}
+
 /// What somebody does meanwhile.
 pub type Script = Pin<Box<dyn Future<Output = ()>>>;
+
+/// How it stands at the end.
+pub struct End {
+    /// When its watchdog would bite, µs.
+    pub bites_us: u64,
+    /// Why it wants to boot.
+    pub reset: Option<Reset>,
+}
 
 /// A dongle between a host and a radio, and a script. Clones are the same one.
 #[derive(Clone)]
 pub struct Bench {
     pub usb: Serial,
     pub radio: Radio,
+    /// Its processor.
+    pub power: Power,
     shared: Rc<Shared>,
 }
 
 impl Bench {
     pub fn new() -> Self {
+        let (power, shared) = (Power::new(|| {}), Rc::new(Shared::new()));
+        power.rise();
         // Everything that is read stays to be looked at.
-        Self { usb: Serial::with_room(usize::MAX), radio: Radio::default(), shared: Rc::new(Shared::new()) }
+        Self { usb: Serial::with_room(usize::MAX), radio: Radio::default(), power, shared }
     }
 
-    pub fn run(&self, until_us: u64, fate: Fate, scripts: Vec<Script>) {
+    /// Runs it. It is not booted again.
+    pub fn run(&self, until_us: u64, fate: Fate, scripts: Vec<Script>) -> End {
         let mut world = World::new();
-        let (usb, radio, shared) = (self.usb.clone(), self.radio.clone(), Rc::clone(&self.shared));
-        let sender = Sending(radio.clone(), fate);
-        let processor = world.processor();
-        world.spawn(processor, async move { dongle::run(usb.clone(), usb, radio, sender, IDENTITY, &shared).await });
+        let sender = Sending(self.radio.clone(), fate);
+        let dog = Dog::default();
+        let parts = Parts {
+            from_host: self.usb.clone(),
+            to_host: self.usb.clone(),
+            receiver: self.radio.clone(),
+            sender: sender.clone(),
+            gauge: sender,
+            watchdog: dog.clone(),
+            restart: self.power.clone(),
+        };
+        let (processor, shared) = (world.processor(), Rc::clone(&self.shared));
+        world.spawn(processor, self.power.run(async move { dongle::run(parts, IDENTITY, &shared).await }));
         for script in scripts {
             let processor = world.processor();
             world.spawn(processor, script);
         }
         world.run_until(until_us);
-        assert_eq!(self.radio.0.borrow().abandoned, 0, "a send was not awaited to its end");
+        let allowed = u32::from(!self.power.is_running());
+        assert!(self.radio.0.borrow().abandoned <= allowed, "a send was not awaited to its end, and it goes on");
+        End { bites_us: dog.bites_us(), reset: self.power.wanted() }
     }
 
     pub fn say(&self, message: &ToDongle) {

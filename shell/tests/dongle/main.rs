@@ -4,17 +4,19 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use bench::{Bench, Done, HELLO, MET, ROBOT, decode, frame, number, payload};
+use bench::{Bench, Done, HELLO, MET, READINGS, ROBOT, decode, frame, number, payload};
 use control::protocol::dongle::{Counters, FromDongle, ToDongle};
 use control::protocol::frame::Deframer;
 use embassy_time::Timer;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use shell::board::{Readings, Sent};
 use shell::dongle::{ANSWERS, RECEPTIONS, SENDS};
 use workbench::serial::Cable;
 
 mod bench;
+mod liveness;
 
 fn received(messages: &[FromDongle]) -> Vec<u32> {
     let number = |message: &FromDongle| match message {
@@ -37,8 +39,14 @@ fn sent(messages: &[FromDongle]) -> Vec<(u16, bool)> {
 }
 
 /// Takes 1.5 ms, and every hundredth message is not acknowledged.
-fn usual(number: u32) -> (u64, bool) {
-    (1500, number % 100 != 99)
+fn usual(number: u32) -> (u64, Sent) {
+    (1500, if number % 100 == 99 { Sent::Unheard } else { Sent::Acknowledged })
+}
+
+/// What the host is told of the counters: the driver's are among them.
+fn told(counters: Counters) -> FromDongle {
+    let Readings { too_long, overrun, heap_least_free } = READINGS;
+    FromDongle::Counted(Counters { too_long, overrun, heap_least_free, ..counters })
 }
 
 #[test]
@@ -58,9 +66,12 @@ fn ten_thousand_messages_both_ways_arrive_intact_and_in_order() {
     bench.run(40_000_000, usual, vec![Box::pin(host), bench.robot_talks(1900, 0..MESSAGES)]);
     let (messages, bad) = bench.heard();
     let counters = Counters { received: MESSAGES, sent: 9900, send_failed: 100, ..Counters::default() };
-    assert_eq!((bad, &messages[0], messages.last()), (0, &HELLO, Some(&FromDongle::Counted(counters))));
+    assert_eq!((bad, &messages[0], messages.last()), (0, &HELLO, Some(&told(counters))));
     assert_eq!(received(&messages), (0..MESSAGES).collect::<Vec<_>>());
-    assert_eq!(sent(&messages), (0..MESSAGES).map(|n| (n as u16, usual(n).1)).collect::<Vec<_>>());
+    assert_eq!(
+        sent(&messages),
+        (0..MESSAGES).map(|n| (n as u16, usual(n).1 == Sent::Acknowledged)).collect::<Vec<_>>()
+    );
     let on_air: Vec<u32> = bench.radio.sent().iter().map(|(_, payload)| number(payload)).collect();
     assert_eq!(on_air, (0..MESSAGES).collect::<Vec<_>>());
 }
@@ -161,7 +172,11 @@ fn a_slow_radio_drops_what_it_cannot_take_and_every_send_is_answered_once() {
             Timer::after_millis(2).await;
         }
     };
-    bench.run(4_000_000, |number| (20_000, number % 3 != 0), vec![Box::pin(host)]);
+    bench.run(
+        4_000_000,
+        |number| (20_000, if number % 3 == 0 { Sent::Unheard } else { Sent::Acknowledged }),
+        vec![Box::pin(host)],
+    );
     let ((messages, bad), counters) = (bench.heard(), bench.counters());
     let mut answers = sent(&messages);
     let acknowledged = answers.iter().filter(|(_, acknowledged)| *acknowledged).count() as u32;
@@ -215,7 +230,7 @@ fn keys_reach_the_radio_in_the_host_s_order_and_who_finds_no_room_is_counted() {
     assert_eq!(done.len(), 2 + MET);
     let counters = bench.counters();
     assert_eq!(counters, Counters { sent: 1, not_met: 1, ..Counters::default() });
-    assert_eq!(bench.heard().0.last(), Some(&FromDongle::Counted(counters)));
+    assert_eq!(bench.heard().0.last(), Some(&told(counters)));
 }
 
 /// What a host says: sense or rubbish.
@@ -271,7 +286,7 @@ proptest! {
                 Timer::after_millis(2).await;
             }
         };
-        bench.run(200_000, |_| (1500, true), vec![Box::pin(host)]);
+        bench.run(200_000, |_| (1500, Sent::Acknowledged), vec![Box::pin(host)]);
         let (messages, bad) = bench.heard();
         prop_assert_eq!(bad, 0);
         prop_assert_eq!(sent(&messages), expected);
