@@ -3,17 +3,26 @@
 use core::hint::black_box;
 
 use control::protocol::radio::Crash;
+use esp_hal::gpio::{AnyPin, Pin};
 use esp_hal::time::{Duration, Instant};
+use portable_atomic::{AtomicU8, Ordering};
 use shell::inject::Saboteur;
 
 /// Printed at the start, and what `cargo images` looks for: no image that is handed out has it.
 pub const NOTICE: &str = "FAULT INJECTION BUILT IN: this image breaks itself on request, it is for bring-up only";
 
+/// Number of the LED's pin.
+static LED: AtomicU8 = AtomicU8::new(0);
+
 /// The processor, and the LED's pin as a sign for an oscilloscope.
 #[derive(Clone, Copy)]
-pub struct SelfSaboteur {
-    /// Number of the LED's pin.
-    pub led: u8,
+pub struct SelfSaboteur;
+
+impl SelfSaboteur {
+    /// The LED is on this pin. Called once, before anything is asked for.
+    pub fn take_led(pin: &AnyPin<'static>) {
+        LED.store(pin.number(), Ordering::Relaxed);
+    }
 }
 
 impl Saboteur for SelfSaboteur {
@@ -21,7 +30,7 @@ impl Saboteur for SelfSaboteur {
     fn mark(&mut self) {
         esp_hal::peripherals::GPIO::regs().out_w1tc().write(|w| {
             // SAFETY: any bits may be written; each one set makes its pin low, and this is the LED's.
-            unsafe { w.bits(1 << self.led) }
+            unsafe { w.bits(1 << LED.load(Ordering::Relaxed)) }
         });
     }
 

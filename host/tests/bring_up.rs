@@ -12,9 +12,9 @@ use workbench::broken::Broken;
 use workbench::setup::Setup;
 
 /// What a simulated person and a program can look at, all of it.
-const LOOKED_AT: [u16; 38] = [
-    1, 2, 3, 4, 6, 7, 8, 9, 10, 12, 13, 14, 16, 17, 18, 19, 21, 23, 24, 26, 27, 28, 30, 31, 38, 43, 44, 45, 46, 81, 82,
-    83, 84, 85, 86, 87, 88, 89,
+const LOOKED_AT: [u16; 41] = [
+    1, 2, 3, 4, 6, 7, 8, 9, 10, 12, 13, 14, 16, 17, 18, 19, 21, 23, 24, 26, 27, 28, 30, 31, 38, 43, 44, 45, 46, 54, 58,
+    59, 60, 62, 66, 67, 68, 69, 70, 71, 72,
 ];
 
 fn walk(seed: u64, prepare: impl FnOnce(&mut Setup)) -> Report {
@@ -82,7 +82,7 @@ fn on_a_sound_board_nothing_fails_and_what_can_be_looked_at_passes() {
 #[test]
 fn a_watchdog_that_never_bites_is_found() {
     let did_not = "the watchdog did not bite";
-    fails_with(&on_broken(Broken::Watchdog), &[(9, did_not), (10, did_not)]);
+    fails_with(&on_broken(Broken::Watchdog), &[(9, did_not), (10, did_not), (62, did_not)]);
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_radio_without_acknowledgement_is_found() {
 fn a_reset_that_says_nothing_of_its_cause_is_found() {
     let report = on_broken(Broken::ResetCause);
     let cause = "the reset's cause in the status after it: PowerOn";
-    fails_with(&report, &[4, 6, 7, 8, 9, 10, 11].map(|number| (number, cause)));
+    fails_with(&report, &[4, 6, 7, 8, 9, 10, 11, 59, 60, 62].map(|number| (number, cause)));
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn an_ordinary_image_makes_no_fault_and_that_is_said() {
     let report = walk(1, |setup| setup.robots[0].injectable = false);
     fails_with(&report, &[]);
     assert!(!report.injectable);
-    for step in report.steps.iter().filter(|step| (6..=9).contains(&step.number) || (81..=86).contains(&step.number)) {
+    for step in report.steps.iter().filter(|step| [6, 7, 8, 9, 58, 59, 60, 62, 66, 67, 68, 69].contains(&step.number)) {
         assert_eq!(step.verdict, Verdict::NotChecked, "{}", step.number);
         assert!(step.checks.iter().any(|check| check.found.contains("--inject")), "{:?}", step.checks);
     }

@@ -120,7 +120,9 @@ fn in_loop(fault: InjectedFault) -> bool {
         | InjectedFault::ConverterStuck
         | InjectedFault::ConverterSlow { .. }
         | InjectedFault::ConverterIntermittent { .. } => true,
-        InjectedFault::None | InjectedFault::SendsFail | InjectedFault::SendsNeverEnd => false,
+        InjectedFault::None | InjectedFault::SendsFail | InjectedFault::SendsNeverEnd | InjectedFault::SendsRefused => {
+            false
+        }
     }
 }
 
@@ -148,6 +150,7 @@ impl<T: board::Sender, S: Saboteur> board::Sender for Sender<'_, T, S> {
         match fault {
             Some((InjectedFault::Crash { how, .. }, _)) => self.saboteur.crash(how),
             Some((InjectedFault::SendsFail, _)) => Sent::Unheard,
+            Some((InjectedFault::SendsRefused, _)) => Sent::Refused,
             Some((InjectedFault::SendsNeverEnd, until)) => {
                 Timer::at(until).await;
                 Sent::Unheard

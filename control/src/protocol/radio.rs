@@ -121,6 +121,8 @@ pub enum InjectedFault {
     SendsFail,
     /// The radio is not done with what it sends.
     SendsNeverEnd,
+    /// The radio's driver takes nothing: it has no buffer left.
+    SendsRefused,
 }
 
 /// How a program crashes.

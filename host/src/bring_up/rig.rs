@@ -241,6 +241,20 @@ impl<'r> Rig<'r> {
         Ok(())
     }
 
+    /// Hears the robot for so long, or as long as the options allow.
+    pub fn run_for(&mut self, time: Duration) -> Result<(), Halt> {
+        self.shortened_to(self.options.length, time);
+        self.listen(time.min(self.options.length), |_| true)
+    }
+
+    /// Notes that something takes less time than it should.
+    pub fn shortened_to(&mut self, length: Duration, wanted: Duration) {
+        if length < wanted {
+            let found = format!("{} s instead of {} s", length.as_secs(), wanted.as_secs());
+            self.check("length, shortened with --length", found, "as long as was asked for", true);
+        }
+    }
+
     /// Orders something.
     pub fn ask(&mut self, what: What) -> Result<Outcome, Halt> {
         Ok(self.session.ask(self.robot, what, |_| {})?)

@@ -14,7 +14,7 @@ const SCOPE: &str = "an oscilloscope on EN and on the LED's pin, trigger on the 
 /// A crash cuts the bridge at once, ms.
 const AT_ONCE: Look = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 1.0, "ms");
 /// The watchdog with its oscillator's error, ms.
-const WATCHDOG: Look = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 130.0, "ms");
+const WATCHDOG: Look = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 55.0, "ms");
 /// A hang that every watchdog ends, ms.
 const HANG_MS: u16 = 2000;
 /// Drives so long before it falls silent.

@@ -89,7 +89,7 @@ fn stands_still(rig: &mut Rig) -> Result<(), Halt> {
     }
     let after = rig.next_status()?;
     let longest_us = after.counters.longest_period_us;
-    rig.check("longest period meanwhile", format!("{longest_us} us"), "below 500000 us", longest_us < 500_000);
+    rig.check("longest period meanwhile", format!("{longest_us} us"), "below 400000 us", longest_us < 400_000);
     let booted = after.counters.ticks < before.counters.ticks;
     rig.check("the session", if booted { "the robot booted" } else { "goes on" }.into(), "goes on", !booted);
     rig.must(What::Factory)

@@ -6,7 +6,7 @@ use control::Command;
 use control::protocol::radio::{InjectedFault, Injection};
 
 use super::BARE;
-use crate::bring_up::rig::{Back, GENTLE, Halt, Rig};
+use crate::bring_up::rig::{Halt, Rig};
 use crate::bring_up::step::{Step, Wiring};
 use crate::link::Event;
 
@@ -14,8 +14,6 @@ use crate::link::Event;
 const DELAY: Duration = Duration::from_millis(Injection::DELAY_MS as u64);
 /// How long a fault lasts that is to be found, ms.
 const FOR_MS: u16 = 3000;
-/// How long the radio fails, ms: longer than it takes a console to see a robot as gone.
-const RADIO_MS: u16 = 1500;
 /// How long a starved loop may drive, ms; and until it is told, which takes ticks, s.
 const STARVED_MS: f64 = 200.0;
 const STARVED_TOLD_S: f64 = 0.4;
@@ -28,7 +26,7 @@ const MOTOR: Step = Step { wiring: Wiring::Motor, ..BARE };
 
 pub const STEPS: &[Step] = &[
     Step {
-        number: 81,
+        number: 66,
         title: "A starved control loop is found",
         needs: "an oscilloscope on EN and on the LED's pin, trigger on the LED's falling edge",
         about: "The motor turns, and every tick takes 30 ms.",
@@ -36,7 +34,7 @@ pub const STEPS: &[Step] = &[
         ..MOTOR
     },
     Step {
-        number: 82,
+        number: 67,
         title: "A converter that is stuck is found",
         about: "The motor turns, and the wiper's conversions repeat one code.",
         run: |rig| {
@@ -46,14 +44,14 @@ pub const STEPS: &[Step] = &[
         ..MOTOR
     },
     Step {
-        number: 83,
+        number: 68,
         title: "A slow converter is told",
         about: "The motor turns, and every conversion of the wiper takes 0.5 ms longer.",
         run: slow,
         ..MOTOR
     },
     Step {
-        number: 84,
+        number: 69,
         title: "An intermittent converter is found",
         about: "The motor turns, and the wiper reads zero for 0.4 s out of 0.405 s.",
         run: |rig| {
@@ -62,20 +60,6 @@ pub const STEPS: &[Step] = &[
             found(rig, fault, "a converter that fails now and then", bound_s)
         },
         ..MOTOR
-    },
-    Step {
-        number: 85,
-        title: "Sends that fail stop the motor",
-        about: "The robot drives gently, and its radio sends nothing for 1.5 s.",
-        run: |rig| dumb(rig, InjectedFault::SendsFail),
-        ..BARE
-    },
-    Step {
-        number: 86,
-        title: "Sends that never end stop the motor",
-        about: "The robot drives gently, and its radio is not done with a message for 1.5 s.",
-        run: |rig| dumb(rig, InjectedFault::SendsNeverEnd),
-        ..BARE
     },
 ];
 
@@ -115,24 +99,4 @@ fn slow(rig: &mut Rig) -> Result<(), Halt> {
     rig.check("longest tick", format!("{longest_us} us"), "1000 us or more", longest_us >= 1000);
     rig.check("missed deadlines", missed.to_string(), "counted: 100 or more", missed >= 100);
     Ok(())
-}
-
-/// The robot tells nothing for a while: nobody sees what it does, so it must stop.
-fn dumb(rig: &mut Rig, fault: InjectedFault) -> Result<(), Halt> {
-    let bound_s = rig.bound("controller.supervisor.command_bound_s")?;
-    rig.arm();
-    rig.drive(Command::Duty { duty: GENTLE })?;
-    let since = rig.session.now();
-    rig.inject(fault, RADIO_MS)?;
-    let back = rig.back(since, Duration::from_millis(u64::from(RADIO_MS) + 1500))?;
-    let found = match (back, rig.telemetry()) {
-        (Back::Silent, _) | (_, None) => "it is not heard any more".to_owned(),
-        (back, Some(batch)) => format!("{back:?}, {:?} {:?}", batch.state, batch.fault),
-    };
-    let stopped = back != Back::Silent && rig.telemetry().is_some_and(|batch| !batch.state.is_driving());
-    rig.check("the robot when it is heard again", found, "bridge off", stopped);
-    // The last heartbeat is as old as what the console had heard before it.
-    let longest_ms = (bound_s + 0.35) * 1e3;
-    let text = "from the LED's falling edge to EN's last falling edge; at most command_bound_s and what was on its way";
-    rig.look(&super::from_to("en-falls", text, super::Signal::EnableAfterMark, 0.0, longest_ms, "ms")).map(drop)
 }

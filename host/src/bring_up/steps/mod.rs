@@ -1,11 +1,13 @@
 //! The steps, one file for each section of `firmware/UNVERIFIED.md`.
 
 mod bridge;
+mod broken_radio;
 mod converter;
 mod dongle;
 mod esp32;
 mod flash;
 mod injected;
+mod motor;
 mod pairing;
 mod pwm;
 mod radio;
@@ -24,6 +26,8 @@ pub fn all() -> impl Iterator<Item = &'static Step> {
         bridge::STEPS,
         injected::STEPS,
         robot::STEPS,
+        motor::STEPS,
+        broken_radio::STEPS,
         converter::STEPS,
         pwm::STEPS,
         time::STEPS,

@@ -52,7 +52,9 @@ pub const STEPS: &[Step] = &[
         title: "Every send ends",
         about: "An hour of traffic: `sent` and `send_failed` go on rising.",
         run: |rig| {
-            let still_s = rig.traffic(HOUR)?.still_s;
+            let traffic = rig.traffic(HOUR)?;
+            let (still_s, refused) = (traffic.still_s, traffic.counted(|status| status.counters.send_refused));
+            rig.check("messages that the driver refused", format!("{refused:?}"), "Some(0)", refused == Some(0));
             rig.check("longest time without a send that ended", format!("{still_s:.1} s"), "below 3 s", still_s < 3.0);
             Ok(())
         },
@@ -62,7 +64,15 @@ pub const STEPS: &[Step] = &[
         number: 31,
         title: "Heap",
         about: "The same hour without an allocation panic.",
-        run: |rig| endures(rig, HOUR),
+        run: |rig| {
+            endures(rig, HOUR)?;
+            // A simulated radio has no heap.
+            if let Some([first, last]) = rig.traffic(HOUR)?.heap().filter(|[_, last]| *last > 0) {
+                let what = "least that was free of the heap: after the first minute, at the end";
+                rig.check(what, format!("{first}, {last} bytes"), "does not fall any more", last >= first);
+            }
+            Ok(())
+        },
         ..CONSTANT
     },
     Step {

@@ -22,7 +22,7 @@ const MOTOR: Step = Step { wiring: Wiring::Motor, ..BARE };
 
 pub const STEPS: &[Step] = &[
     Step {
-        number: 87,
+        number: 70,
         title: "A blocked shaft is found",
         needs: "a gloved hand, or a clamp",
         about: "The motor turns at duty 1, and the mass is held.",
@@ -30,7 +30,7 @@ pub const STEPS: &[Step] = &[
         ..MOTOR
     },
     Step {
-        number: 88,
+        number: 71,
         title: "An open wiper is found",
         needs: "the wiper's lead in hand",
         about: "The motor turns, and the wiper's lead is pulled.",
@@ -38,7 +38,7 @@ pub const STEPS: &[Step] = &[
         ..MOTOR
     },
     Step {
-        number: 89,
+        number: 72,
         title: "An empty cell is found",
         needs: "a laboratory supply in place of the cell",
         about: "The motor turns, and the supply is lowered to 2.9 V.",
@@ -62,13 +62,13 @@ fn blocked(rig: &mut Rig) -> Result<(), Halt> {
     let bound_s = rig.bound("controller.supervisor.stall_bound_s")?;
     turn(rig, HARD)?;
     rig.act_now(Act::HoldShaft(true))?;
-    let (mut moved_at, mut code, mut off_at) = (None, 0_u16, None);
+    let (mut moved_at, mut code, mut off_at) = (None, None::<u16>, None);
     rig.listen(HANDS, |event| {
         if let Event::Telemetry(batch) = event {
             for (tick, row) in (batch.first_tick..).zip(&batch.rows) {
                 // More than the converter's noise.
-                if row.code.abs_diff(code) > STILL_LSB {
-                    (moved_at, code) = (Some(tick), row.code);
+                if code.is_none_or(|code| row.code.abs_diff(code) > STILL_LSB) {
+                    (moved_at, code) = (Some(tick), Some(row.code));
                 }
                 if row.duty.is_none() {
                     off_at = Some(tick);
