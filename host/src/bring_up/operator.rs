@@ -284,7 +284,7 @@ impl Operator for Absent<'_> {
     fn look(&mut self, step: u16, look: &Look, _: &mut Keep) -> Result<Seen, LinkError> {
         self.asked.insert((step, look.key));
         let seen = self.answers.0.get(&step).and_then(|table| table.get(look.key));
-        Ok(seen.cloned().unwrap_or_else(|| Seen::Nothing("nobody looked".into())))
+        Ok(seen.cloned().unwrap_or_else(|| Seen::Nothing(format!("nobody looked; [{step}] {} in --answers", look.key))))
     }
 
     fn silence(&mut self, time: Duration) {
