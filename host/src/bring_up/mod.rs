@@ -86,10 +86,7 @@ impl Options {
     }
 }
 
-/// Walks the steps with a robot that was found.
-///
-/// # Errors
-/// None: where the line breaks, what was not reached is not checked.
+/// Walks the steps with a robot that was found. Where the line breaks, what was not reached is not checked.
 pub fn walk(session: AnySession, robot: RobotId, operator: &mut dyn Operator, options: &Options) -> Report {
     let steps = steps().filter(|step| options.wants(step));
     let mut rig = Rig::new(session, robot, operator, options);
@@ -103,13 +100,10 @@ pub fn walk(session: AnySession, robot: RobotId, operator: &mut dyn Operator, op
     for step in steps {
         let mut checks = Vec::new();
         if broken.is_none() {
-            match rig.walk(step) {
-                Ok(found) => checks = found,
-                Err(error) => broken = Some(error),
-            }
+            (checks, broken) = rig.walk(step);
         }
         if let Some(error) = &broken {
-            let (what, found) = ("the whole step".to_owned(), error.to_string());
+            let (what, found) = ("the rest".to_owned(), error.to_string());
             checks.push(Check { what, found, expected: String::new(), verdict: Verdict::NotChecked });
         }
         let checked = Checked::new(step, checks);

@@ -77,21 +77,21 @@ impl<'r> Rig<'r> {
         Self { session, robot, operator, options, checks, motor, constant, number, traffic }
     }
 
-    /// Does a step; what it found. An error only where the line itself is gone.
-    pub fn walk(&mut self, step: &Step) -> Result<Vec<Check>, LinkError> {
+    /// Does a step: what it found, and an error where the line itself is gone.
+    pub fn walk(&mut self, step: &Step) -> (Vec<Check>, Option<LinkError>) {
         self.number = step.number;
         let done = self.prepare(step).and_then(|()| (step.run)(self));
-        let ended = done.and_then(|()| self.rest());
-        match ended {
+        let mut broken = None;
+        match done.and_then(|()| self.rest()) {
             Ok(()) | Err(Halt::Noted) => {}
-            Err(Halt::Link(error @ LinkError::Line(_))) => return Err(error),
+            Err(Halt::Link(error @ LinkError::Line(_))) => broken = Some(error),
             Err(Halt::Link(error)) => self.check("the link", error.to_string(), "holds", false),
         }
         // A step that was halted leaves nothing running.
-        if self.session.robot(self.robot).is_present() {
+        if broken.is_none() && self.session.robot(self.robot).is_present() {
             self.session.stop_and_wait(self.robot, SHOWS, |_| {});
         }
-        Ok(std::mem::take(&mut self.checks))
+        (std::mem::take(&mut self.checks), broken)
     }
 
     /// Tells whoever stands there that a step has ended.
