@@ -97,7 +97,9 @@ fn a_missing_pull_down_is_found() {
     // It comes up again while the chip resets.
     let again = "EN's last falling edge: 50.";
     let pressed = "EN low from the button's press on";
-    fails_with(&report, &[(2, "EN low all the time"), (6, again), (7, again), (8, again), (12, pressed)]);
+    let (low, later) = ("EN low all the time", "EN's last falling edge; command_bound_s");
+    let crashed = [(6, again), (7, again), (8, again)];
+    fails_with(&report, &[&[(2, low)], &crashed[..], &[(12, pressed), (59, later), (60, later)]].concat());
 }
 
 #[test]
