@@ -27,7 +27,7 @@ fn on_broken(broken: Broken) -> Report {
     walk(1, |setup| setup.robots[0].broken.push(broken))
 }
 
-fn with<'r>(report: &'r Report, verdict: Verdict) -> Vec<&'r Checked> {
+fn with(report: &Report, verdict: Verdict) -> Vec<&Checked> {
     report.steps.iter().filter(|step| step.verdict == verdict).collect()
 }
 

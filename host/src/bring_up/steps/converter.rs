@@ -94,7 +94,7 @@ fn mean_code(rig: &mut Rig) -> Result<Option<f64>, Halt> {
 }
 
 fn codes(rig: &mut Rig) -> Result<(), Halt> {
-    let Some(curve) = rig.options.curve.clone() else {
+    let Some(curve) = rig.options.curve else {
         return Err(rig.skip("the codes", "the robot file has no potentiometer with a converter"));
     };
     let share = if rig.options.chip == Chip::Esp32c3 { 0.01 } else { 0.02 };
