@@ -127,6 +127,8 @@ pub enum Refusal {
     Saving,
     /// There is no such parameter.
     NoParameter,
+    /// The image was not built to make faults on request.
+    NotBuiltIn,
     /// Outside the parameter's range, or at odds with another one.
     Parameter,
     /// The flash did not keep it.
@@ -150,6 +152,9 @@ impl core::fmt::Display for Refusal {
             Self::Driving => f.write_str("not while the motor is driven: stop it first"),
             Self::Saving => f.write_str("the flash is being written: try again in a second"),
             Self::NoParameter => f.write_str("there is no such parameter"),
+            Self::NotBuiltIn => {
+                f.write_str("this image makes no faults: flash one that was built with fault injection")
+            }
             Self::Parameter => f.write_str("the value is outside the parameter's range, or at odds with another one"),
             Self::NotKept => {
                 f.write_str("the flash did not keep it: the partition is missing, or the flash is worn out")

@@ -13,6 +13,8 @@ mod analog_power;
 pub mod board;
 pub mod bridge;
 pub mod flash;
+#[cfg(feature = "inject")]
+pub mod inject;
 pub mod led;
 pub mod memory;
 pub mod panic;

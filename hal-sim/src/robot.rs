@@ -303,6 +303,12 @@ impl SimulatedRobot {
         self.apply_supply_faults();
     }
 
+    /// Mends everything but a collapsed rail.
+    pub fn mend(&mut self) {
+        self.faults = Faults::default();
+        self.apply_supply_faults();
+    }
+
     /// Breaks something from a time (s since the start) on.
     pub fn schedule(&mut self, fault: Fault, at_s: f64) {
         self.faults.schedule(fault, at_s);

@@ -15,6 +15,7 @@ pub mod bounded;
 pub mod dongle;
 pub mod image;
 pub mod inbox;
+pub mod inject;
 pub mod pwm;
 pub mod robot;
 pub mod store;

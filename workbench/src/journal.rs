@@ -27,6 +27,8 @@ pub enum Event {
     Expected(Patience),
     /// The LED was switched.
     Lit(bool),
+    /// A fault that was asked for begins: see [`shell::inject`].
+    Injected,
     /// The receiving task took a frame.
     Heard {
         /// When it had come over the air, µs.
@@ -53,6 +55,8 @@ pub enum Detail {
     Nothing,
     /// When it started and fell, and what the bridge was told where that is not the same as before.
     Bridge,
+    /// The same, the LED, and when a fault begins that was asked for: what an oscilloscope sees.
+    Pins,
     /// Everything.
     #[default]
     Everything,
@@ -82,8 +86,10 @@ impl Journal {
         let keep = match (book.detail, &event) {
             (Detail::Nothing, _) => false,
             (Detail::Everything, _) => true,
-            (Detail::Bridge, Event::Applied(told)) => book.applied != Some(*told),
-            (Detail::Bridge, event) => matches!(event, Event::Booted(_) | Event::Fell),
+            (Detail::Bridge | Detail::Pins, Event::Applied(told)) => book.applied != Some(*told),
+            (_, Event::Booted(_) | Event::Fell) => true,
+            (Detail::Bridge, _) => false,
+            (Detail::Pins, event) => matches!(event, Event::Lit(_) | Event::Injected),
         };
         match event {
             Event::Applied(told) => book.applied = Some(told),

@@ -19,6 +19,7 @@
 
 pub mod air;
 pub mod bench;
+pub mod broken;
 pub mod console;
 pub mod dongle;
 pub mod flash;

@@ -4,14 +4,17 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use control::protocol::radio::Reset;
+use control::protocol::radio::{Crash, Reset};
 use control::protocol::secure::Nonce;
 use control::{Actuation, AdcCode, Sample};
 use hal_sim::SimulatedRobot;
+use hal_sim::adc::Adc;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use shell::board::{Bridge, Converter, Entropy, Led, Patience, Watchdog};
+use shell::inject::Saboteur;
 
+use crate::broken::Broken;
 use crate::journal::{Event, Journal};
 use crate::power::Power;
 use crate::time::{now_us, pass};
@@ -39,6 +42,9 @@ pub struct Plant {
     durations: VecDeque<u64>,
     conversions: u8,
     holds: Vec<Hold>,
+    /// A voltage in the place of the wiper's, and what converts it.
+    supply: Option<(f64, Adc)>,
+    broken: Vec<Broken>,
 }
 
 impl Plant {
@@ -55,7 +61,26 @@ impl Plant {
             durations: VecDeque::new(),
             conversions,
             holds: Vec::new(),
+            supply: None,
+            broken: Vec::new(),
         }
+    }
+
+    /// The same on a board that is broken.
+    #[must_use]
+    pub fn with(self, broken: Vec<Broken>) -> Self {
+        Self { broken, ..self }
+    }
+
+    /// Whether the board has this.
+    #[must_use]
+    pub fn has(&self, broken: Broken) -> bool {
+        self.broken.contains(&broken)
+    }
+
+    /// From now on a laboratory supply is on the wiper's pin, V, or the wiper again.
+    pub fn supply(&mut self, supply: Option<(f64, Adc)>) {
+        self.supply = supply;
     }
 
     /// Brings the motor to the tick at the present time.
@@ -73,6 +98,12 @@ impl Plant {
     fn sample(&mut self) {
         self.advance();
         self.sample = self.robot.sample();
+        if let Some((volt, adc)) = &mut self.supply {
+            self.sample.angle = AdcCode(adc.sample(|_| *volt).0);
+        }
+        if self.has(Broken::Converter) {
+            self.sample.angle = AdcCode(Broken::CODE);
+        }
         let tick_us = (self.ticks as f64 * self.robot.tick_s() * 1e6).round() as u64;
         let count = u64::from(self.conversions);
         // A jitter before all conversions is cut: they begin now.
@@ -91,7 +122,7 @@ impl Plant {
     /// The bridge opens.
     pub fn cut(&mut self) {
         self.advance();
-        self.actuation = Actuation::OFF;
+        self.actuation = Actuation { duty: 0.0, enable: self.has(Broken::PullDown) };
         self.durations.clear();
     }
 
@@ -166,6 +197,9 @@ impl Board {
 
     /// The processor does nothing else for so long, µs, unless the watchdog ends it.
     pub fn block(&self, for_us: u64) {
+        if self.plant.borrow().has(Broken::Watchdog) {
+            return pass(for_us);
+        }
         let left_us = self.dog.bites_us().saturating_sub(now_us());
         pass(for_us.min(left_us));
         if for_us > left_us {
@@ -210,7 +244,29 @@ impl Bridge for Board {
 impl Board {
     /// The watchdog was not fed for so long that it bites.
     pub(crate) fn is_hungry(&self) -> bool {
-        now_us() >= self.dog.bites_us()
+        !self.plant.borrow().has(Broken::Watchdog) && now_us() >= self.dog.bites_us()
+    }
+}
+
+/// How long the firmware takes to print the cause of a panic before it resets, µs.
+const PRINTING_US: u64 = 50_000;
+
+impl Saboteur for Board {
+    fn mark(&mut self) {
+        self.journal.note(Event::Injected);
+    }
+
+    fn block(&mut self, for_us: u64) {
+        Board::block(self, for_us);
+    }
+
+    /// As `firmware/src/panic.rs` does: exceptions and overflows of a stack end there, too.
+    fn crash(&mut self, _how: Crash) -> ! {
+        if !self.plant.borrow().has(Broken::PanicCut) {
+            self.apply(Actuation::OFF);
+        }
+        pass(PRINTING_US);
+        self.power.reset(Reset::Panic)
     }
 }
 

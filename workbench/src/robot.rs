@@ -11,13 +11,15 @@ use control::protocol::radio::{Counters, Reset};
 use control::protocol::secure::Ear;
 use control::{Actuation, Fault, Parameters, State};
 use hal_sim::{SimulatedRobot, Truth};
-use shell::board::{Address, Encryption, Readings};
+use shell::board::{Address, Encryption, Readings, Sender, Sent};
+use shell::inject;
 use shell::robot::{
     Booted, Identity, Parts, Settings, Shared, Shown, boot, control_loop, keep, led, pair, receive, send,
 };
 use shell::store;
 
-use crate::air::Ether;
+use crate::air::{Ether, HostSender};
+use crate::broken::Broken;
 use crate::flash::Flash;
 use crate::journal::{Detail, Event, Journal};
 use crate::parts::{Board, Hold, Plant, Seeded, StatusLed};
@@ -44,6 +46,10 @@ pub struct Member {
     pub position_m: f64,
     /// Why it boots at the beginning.
     pub reset: Reset,
+    /// Its image makes faults on request.
+    pub injectable: bool,
+    /// What is wrong with its board.
+    pub broken: Vec<Broken>,
 }
 
 /// A robot on the bench.
@@ -61,6 +67,7 @@ pub struct Robot {
     board: Board,
     processor: Processor,
     shared: Rc<Shared>,
+    injectable: bool,
     /// Its ticks come late by up to so much, µs.
     jitter_us: Rc<Cell<u64>>,
     ether: Ether,
@@ -72,6 +79,7 @@ impl Robot {
         let journal = Journal::new(detail);
         let flash = prepared(&member);
         let plant = Plant::new(member.simulated, member.settings.conversions, member.conversion_us);
+        let plant = plant.with(member.broken);
         let plant = Rc::new(RefCell::new(plant));
         let power = {
             let (plant, journal, ether, address) = (Rc::clone(&plant), journal.clone(), ether.clone(), member.address);
@@ -79,6 +87,9 @@ impl Robot {
                 plant.borrow_mut().cut();
                 ether.leave(&address);
                 journal.note(Event::Fell);
+                if plant.borrow().actuation().enable {
+                    journal.note(Event::Applied(plant.borrow().actuation()));
+                }
             })
         };
         ether.place(member.address, member.position_m);
@@ -94,6 +105,7 @@ impl Robot {
             power,
             processor: world.processor(),
             shared: Rc::new(Shared::new()),
+            injectable: member.injectable,
             jitter_us: Rc::new(Cell::new(0)),
             ether: ether.clone(),
         }
@@ -107,7 +119,13 @@ impl Robot {
         self.line.reset();
         self.journal.note(Event::Booted(reset));
         self.board = Board::new(&self.plant, &self.power, &self.journal);
-        self.shared = Rc::new(Shared::new());
+        self.shared = Rc::new(if self.injectable { Shared::injectable() } else { Shared::new() });
+        let reset = if self.has(Broken::ResetCause) { Reset::PowerOn } else { reset };
+        if self.has(Broken::Flash) {
+            let at = Flash::partitions().parameters;
+            let kept = at_once(store::parameters::reset(&mut self.flash, at));
+            assert_eq!(kept, Ok(()), "a flash in memory forgets");
+        }
         let booted = at_once(boot(&mut self.flash.clone(), &Flash::partitions(), &self.settings, reset));
         self.spawn(booted, world, ether);
     }
@@ -121,8 +139,18 @@ impl Robot {
         let (settings, shared) = (self.settings.clone(), Rc::clone(&self.shared));
         let board = &self.board;
         if let Ok(controller) = controller {
-            let parts = Parts { converter: board.clone(), bridge: board.clone(), watchdog: board.clone() };
-            start(Box::pin(async move { control_loop(parts, controller, &settings, &shared).await }));
+            let (converter, bridge, watchdog) = (board.clone(), board.clone(), board.clone());
+            if self.injectable {
+                let saboteur = board.clone();
+                start(Box::pin(async move {
+                    let converter = inject::Converter::new(converter, saboteur, &shared);
+                    let parts = Parts { converter, bridge, watchdog };
+                    control_loop(parts, controller, &settings, &shared).await
+                }));
+            } else {
+                let parts = Parts { converter, bridge, watchdog };
+                start(Box::pin(async move { control_loop(parts, controller, &settings, &shared).await }));
+            }
         }
         let name = about.name.clone();
         let console = pairing.as_ref().ok().map(|pairing| pairing.console);
@@ -134,7 +162,16 @@ impl Robot {
             let (entropy, shared) = (self.entropy.clone(), Rc::clone(&self.shared));
             start(Box::pin(async move { receive(receiver, Ear::new(key), console, entropy, &shared).await }));
             let (restart, shared) = (self.power.clone(), Rc::clone(&self.shared));
-            start(Box::pin(async move { send(sender, gauge, restart, console, &about, &shared).await }));
+            let sender = Radio { sender, deaf: self.has(Broken::Acknowledgement) };
+            if self.injectable {
+                let saboteur = board.clone();
+                start(Box::pin(async move {
+                    let sender = inject::Sender::new(sender, saboteur, &shared);
+                    send(sender, gauge, restart, console, &about, &shared).await
+                }));
+            } else {
+                start(Box::pin(async move { send(sender, gauge, restart, console, &about, &shared).await }));
+            }
         }
         let (flash, factory, shared) = (self.flash.clone(), self.settings.parameters, Rc::clone(&self.shared));
         start(Box::pin(async move { keep(flash, &Flash::partitions(), &factory, &shared).await }));
@@ -184,6 +221,10 @@ impl Robot {
         world.leap(self.processor, by_us);
     }
 
+    fn has(&self, broken: Broken) -> bool {
+        self.plant.borrow().has(broken)
+    }
+
     /// Motor, bridge, sensor.
     pub fn plant<R>(&self, work: impl FnOnce(&mut Plant) -> R) -> R {
         work(&mut self.plant.borrow_mut())
@@ -230,6 +271,21 @@ impl Robot {
     pub fn counters(&self) -> Counters {
         let Readings { too_long, overrun, heap_least_free } = self.ether.readings(&self.address);
         Counters { too_long, overrun, heap_least_free, ..self.shared.counters() }
+    }
+}
+
+/// The radio's sending half, which may not hear that its frames were received.
+struct Radio {
+    sender: HostSender,
+    deaf: bool,
+}
+
+impl Sender for Radio {
+    async fn send(&mut self, to: &Address, payload: &[u8]) -> Sent {
+        match self.sender.send(to, payload).await {
+            Sent::Acknowledged if self.deaf => Sent::Unheard,
+            sent => sent,
+        }
     }
 }
 

@@ -129,5 +129,7 @@ fn member(file: &description::Robot, index: usize, seed: u64) -> Result<Member, 
         conversion_us,
         position_m: 1.0 + index as f64,
         reset: Reset::PowerOn,
+        injectable: false,
+        broken: Vec::new(),
     })
 }

@@ -20,7 +20,7 @@ pub fn espflash() -> Result<PathBuf> {
 }
 
 /// Hands over to the firmware's own `cargo run`, whose runner is espflash.
-pub fn run(project: &Project, chip: Chip, binary: &str, port: Option<&str>) -> Result<()> {
+pub fn run(project: &Project, chip: Chip, binary: &str, port: Option<&str>, inject: bool) -> Result<()> {
     let espflash = espflash()?;
     let toolchain = cargo::linking_toolchain(chip)?;
     let mut command = cargo::command(project, &toolchain, "run", chip);
@@ -29,6 +29,9 @@ pub fn run(project: &Project, chip: Chip, binary: &str, port: Option<&str>) -> R
     }
     if let Some(port) = port {
         command.env("ESPFLASH_PORT", port);
+    }
+    if inject {
+        command.args(["--features", "inject"]);
     }
     let status = command.args(["--bin", binary]).status().into_diagnostic().wrap_err("cannot run cargo")?;
     if status.success() {

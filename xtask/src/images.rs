@@ -11,6 +11,7 @@ use crate::cargo;
 use crate::chip::{BINARIES, Chip, has_radio};
 use crate::flash::espflash;
 use crate::heap::{self, Heap};
+use crate::injection;
 use crate::overrides;
 use crate::project::Project;
 use crate::sections::Sections;
@@ -53,6 +54,7 @@ pub fn run(project: &Project, chip: Chip, only: Option<&str>) -> Result<()> {
     for &binary in &binaries {
         let elf = executables.get(binary).ok_or_else(|| miette!("cargo built no binary `{binary}`"))?;
         overrides::check(chip, binary, elf)?;
+        injection::refuse(binary, elf)?;
         let image = save(project, &espflash, chip, elf, &folder.join(format!("{}-{binary}", chip.name())))?;
         let sections = Sections::read(chip, elf)?;
         let heap = if has_radio(binary) { Heap::read(elf)? } else { None };

@@ -7,6 +7,7 @@ mod esp32_check;
 mod flash;
 mod heap;
 mod images;
+mod injection;
 mod no_panic;
 mod overrides;
 mod project;
@@ -70,6 +71,9 @@ struct Flash {
     /// Serial port of the board; otherwise espflash looks for it
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
+    /// The robot breaks itself on request: for `scram bring-up`, and for nothing else
+    #[arg(long)]
+    inject: bool,
 }
 
 fn main() -> ExitCode {
@@ -90,7 +94,7 @@ fn run(cli: &Cli) -> Result<()> {
     let project = Project::find(cli.locked)?;
     match &cli.command {
         Task::Images { chip, bin } => images::run(&project, *chip, bin.as_deref()),
-        Task::Flash(flash) => flash::run(&project, flash.chip, &flash.binary, flash.port.as_deref()),
+        Task::Flash(flash) => flash::run(&project, flash.chip, &flash.binary, flash.port.as_deref(), flash.inject),
         Task::CheckEsp32 => esp32_check::run(&project),
         Task::Clippy => cargo::clippy(&project),
         Task::BuildPil => {

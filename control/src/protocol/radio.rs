@@ -62,6 +62,87 @@ pub enum What {
     Save,
     /// Use the factory's parameters, now and after the next boot. Only with the bridge off.
     Factory,
+    /// Make a fault. Refused by every image that was not built for that.
+    Inject(Injection),
+}
+
+/// A fault that is made on request, for bring-up. It begins [`Injection::DELAY_MS`] after the request was accepted, so that the
+/// answer is heard first, and a later request replaces it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Injection {
+    /// What.
+    pub fault: InjectedFault,
+    /// How long it lasts, ms. A crash ends with the reset.
+    pub for_ms: u16,
+}
+
+impl Injection {
+    /// From the request's acceptance to the fault, ms.
+    pub const DELAY_MS: u16 = 200;
+}
+
+/// What can be made to fail.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum InjectedFault {
+    /// Nothing: ends what there is.
+    #[default]
+    None,
+    /// The program crashes.
+    Crash {
+        /// How.
+        how: Crash,
+        /// Where.
+        place: CrashPlace,
+    },
+    /// The control loop hangs in a conversion.
+    HangLoop,
+    /// The control loop hangs again and again.
+    StarveLoop {
+        /// How long each time, ms.
+        hang_ms: u16,
+        /// Ticks in between.
+        run_ticks: u16,
+    },
+    /// The wiper's conversions repeat the first code.
+    ConverterStuck,
+    /// Every conversion of the wiper takes longer.
+    ConverterSlow {
+        /// By so much, µs.
+        by_us: u16,
+    },
+    /// The wiper's conversions are right for some ticks and zero for others, in turn.
+    ConverterIntermittent {
+        /// Right ones.
+        good_ticks: u16,
+        /// Zero.
+        bad_ticks: u16,
+    },
+    /// Nothing is sent, and the radio says that it failed.
+    SendsFail,
+    /// The radio is not done with what it sends.
+    SendsNeverEnd,
+    /// The radio's driver takes nothing: it has no buffer left.
+    SendsRefused,
+}
+
+/// How a program crashes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Crash {
+    /// A panic.
+    Panic,
+    /// A recursion without end.
+    StackOverflow,
+    /// A read of address 0.
+    Exception,
+}
+
+/// Where a program crashes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum CrashPlace {
+    /// In the sending task, which the control loop interrupts.
+    Task,
+    /// In the control loop.
+    Loop,
 }
 
 /// What became of a [`Do`].
@@ -202,6 +283,8 @@ pub struct Status {
     pub reset: Reset,
     /// Where the parameters came from.
     pub parameters: Source,
+    /// The image was built to make faults on request ([`What::Inject`]): for bring-up, not for use.
+    pub injectable: bool,
     /// The loop and the link.
     pub counters: Counters,
 }
@@ -340,7 +423,8 @@ mod tests {
             heap_least_free: most,
         };
         let name = String::try_from("a name that has all 32 bytes of.").expect("it fits");
-        let status = Status { name, reset: Reset::Other, parameters: Source::FactoryDamaged, counters };
+        let status =
+            Status { name, reset: Reset::Other, parameters: Source::FactoryDamaged, injectable: true, counters };
         let echo = Echo { counter: most, age_ms: u16::MAX };
         for message in [FromRobot::Telemetry(batch), FromRobot::Status(status)] {
             let telling = Telling { uptime_ms: most, echo, message };

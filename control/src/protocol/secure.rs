@@ -54,6 +54,14 @@ impl core::fmt::Debug for Key {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nonce(pub [u8; NONCE]);
 
+/// The robot's nonce in its answer to a call: no two answers of a robot have the same.
+#[must_use]
+pub fn robot_nonce(welcome: &[u8]) -> Option<Nonce> {
+    let (_, nonces) = welcome.split_first_chunk::<HEAD>()?;
+    let (_, rest) = nonces.split_first_chunk::<NONCE>()?;
+    rest.first_chunk().copied().map(Nonce)
+}
+
 /// What a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {

@@ -21,6 +21,8 @@ use firmware::adc::Inputs;
 use firmware::board::{self, Analog, BridgePins, Robot, SerialReceiver, SerialSender};
 use firmware::bridge::PwmBridge;
 use firmware::flash::{Flash, PAIRING, PARAMETERS};
+#[cfg(feature = "inject")]
+use firmware::inject::SelfSaboteur;
 use firmware::led::StatusLed;
 use firmware::memory::HEAP_BYTES;
 use firmware::radio::{self, Driver, RadioError, Receiver, Sender};
@@ -40,7 +42,7 @@ esp_bootloader_esp_idf::esp_app_desc!();
 /// What `build.rs` took from the robot file.
 static BUILT_IN: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/robot.postcard"));
 
-static SHARED: Shared = Shared::new();
+static SHARED: Shared = if cfg!(feature = "inject") { Shared::injectable() } else { Shared::new() };
 static CONTROLLER: StaticCell<Controller> = StaticCell::new();
 static IMAGE: StaticCell<Image> = StaticCell::new();
 static ABOUT: StaticCell<About> = StaticCell::new();
@@ -65,6 +67,8 @@ async fn main(spawner: Spawner) {
 async fn start(spawner: Spawner, board: Robot, reset: Reset) -> Result<(), BootError> {
     esp_rtos::start(TimerGroup::new(board.scheduler.timer).timer0, board.scheduler.interrupt);
     let watchdog = watchdog::arm(board.watchdog);
+    #[cfg(feature = "inject")]
+    SelfSaboteur::take_led(&board.led);
     spawner.spawn(led(StatusLed::new(board.led))?);
 
     let image = IMAGE.init(Image::read(BUILT_IN).map_err(BootError::Image)?);
@@ -73,6 +77,8 @@ async fn start(spawner: Spawner, board: Robot, reset: Reset) -> Result<(), BootE
         .init(Partitions { parameters: partition(&mut flash, PARAMETERS), pairing: partition(&mut flash, PAIRING) });
     let Booted { about, controller, pairing } =
         shell::robot::boot(&mut flash, partitions, &image.settings, reset).await;
+    #[cfg(feature = "inject")]
+    println!("{}", firmware::inject::NOTICE);
     println!("{} on {}, reset: {:?}, parameters: {:?}", about.name, board::NAME, about.reset, about.parameters);
     let controller = CONTROLLER.init(controller.map_err(BootError::Parameters)?);
     let console = pairing.as_ref().ok().map(|pairing| pairing.console);
@@ -160,6 +166,8 @@ async fn control_loop(
     };
     let period = Duration::from_micros(period_us(controller.parameters()).into());
     let converter = Inputs::new(analog, image.curve);
+    #[cfg(feature = "inject")]
+    let converter = shell::inject::Converter::new(converter, SelfSaboteur, &SHARED);
     let parts = Parts { converter, bridge, watchdog };
     let work = shell::robot::control_loop(parts, controller, &image.settings, &SHARED);
     tick::above_the_radio(timer, period, work).await
@@ -172,6 +180,8 @@ async fn receive(receiver: Receiver, ear: Ear, console: Address, random: Random)
 
 #[task]
 async fn send(sender: Sender, console: Address, about: &'static About) {
+    #[cfg(feature = "inject")]
+    let sender = shell::inject::Sender::new(sender, SelfSaboteur, &SHARED);
     shell::robot::send(sender, Driver, SoftwareReset, console, about, &SHARED).await
 }
 

@@ -296,7 +296,7 @@ fn warn_of_recording(engine: &Engine<SerialLine>) {
     }
 }
 
-fn list_of_ports() -> Report {
+pub(super) fn list_of_ports() -> Report {
     let ports = serial::available();
     let found = ports.iter().map(|(name, product)| match product {
         Some(product) => format!("  --port {name}   ({product})"),

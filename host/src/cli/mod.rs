@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand. Results go to stdout, progress and messages to stderr.
 
+mod bring_up;
 mod calibrate;
 mod completions;
 mod console;
@@ -41,6 +42,7 @@ enum Sub {
     #[command(subcommand)]
     Identify(identify::Identify),
     Pair(pair::Pair),
+    BringUp(bring_up::BringUp),
     Calibrate(calibrate::Calibrate),
     Console(console::Console),
     Diagnose(diagnose::Diagnose),
@@ -97,6 +99,7 @@ pub fn run() -> ExitCode {
         Sub::Design(command) => command.run(),
         Sub::Identify(command) => command.run(),
         Sub::Pair(command) => command.run(),
+        Sub::BringUp(command) => command.run(),
         Sub::Calibrate(command) => command.run(),
         Sub::Console(command) => match command.run() {
             Ok(code) => return code,

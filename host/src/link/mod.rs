@@ -40,6 +40,12 @@ pub trait Line: Read + Write {
     fn now(&self) -> Duration;
 }
 
+impl Line for Box<dyn Line> {
+    fn now(&self) -> Duration {
+        (**self).now()
+    }
+}
+
 /// Nonces from the operating system's random generator. It is asked once, at the beginning, whether it answers.
 ///
 /// # Errors

@@ -7,7 +7,7 @@ use control::Refusal;
 use control::protocol::dongle::{Address, Payload, RadioKey};
 use control::protocol::pairing::Pairing;
 use control::protocol::radio::{Answer, Batch, Do, Echo, FromRobot, LONGEST, Status, Telling, ToRobot, Value, What};
-use control::protocol::secure::{Caller, Kind, Nonce, Opener, Rejected, Sealer, kind};
+use control::protocol::secure::{Caller, Kind, Nonce, Opener, Rejected, Sealer, kind, robot_nonce};
 
 use super::quality::{Meter, Quality};
 
@@ -111,6 +111,7 @@ pub struct Robot {
     heard: Option<Duration>,
     meter: Meter,
     missing: u64,
+    nonce: Option<Nonce>,
     rejected: u64,
 }
 
@@ -191,6 +192,7 @@ impl Robot {
             heard: None,
             meter: Meter::default(),
             missing: 0,
+            nonce: None,
             rejected: 0,
         }
     }
@@ -259,6 +261,12 @@ impl Robot {
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.rejected
+    }
+
+    /// The robot's own nonce of the session: what keeps frames of an earlier one from counting again.
+    #[must_use]
+    pub fn nonce(&self) -> Option<Nonce> {
+        self.nonce
     }
 
     /// `Stop` is on its way.
@@ -434,6 +442,7 @@ impl Robot {
             self.rejected += 1;
             return;
         };
+        self.nonce = robot_nonce(frame);
         self.phase = Phase::Talking(Box::new(Talk { sealer, opener, confirmed: false, heartbeat_due: now }));
         self.heard = Some(now);
         self.meter.begin();

@@ -175,7 +175,8 @@ pub fn robot(robot: &Robot, now: Duration) -> [String; 2] {
         || "it has not told its status yet".to_owned(),
         |status| {
             let up = robot.uptime().unwrap_or_default().as_secs();
-            format!("up {up} s since {}; parameters {}", reset(status.reset), source(status.parameters))
+            let injectable = if status.injectable { "; FAULT INJECTION BUILT IN" } else { "" };
+            format!("up {up} s since {}; parameters {}{injectable}", reset(status.reset), source(status.parameters))
         },
     );
     [who, how]

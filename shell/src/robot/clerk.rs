@@ -114,6 +114,7 @@ fn execute(
 ) -> Option<Answer> {
     let done = match what {
         What::Command(command) => controller.command(command, received_us).map(|()| None),
+        What::Inject(injection) => shared.inject(injection).map(|()| None),
         What::Get(index) => value(controller, factory, index).map(Some),
         What::Set { index, value: to } => set(controller, factory, index, to).map(Some),
         What::Save => return save(controller, || shared.save(controller.parameters())),
@@ -246,6 +247,20 @@ mod tests {
         desk.shared.finish();
         desk.give(DRIVE);
         assert_eq!(desk.serve(), [DONE]);
+    }
+
+    #[test]
+    fn an_ordinary_image_makes_no_fault() {
+        use control::protocol::radio::{InjectedFault, Injection};
+        let inject = What::Inject(Injection { fault: InjectedFault::HangLoop, for_ms: 1000 });
+        let mut desk = Desk::new();
+        desk.give(inject);
+        assert_eq!(desk.serve(), [Answer::Refused(Refusal::NotBuiltIn)]);
+        assert_eq!(desk.shared.injected(), None);
+        let mut desk = Desk { shared: Shared::injectable(), ..Desk::new() };
+        desk.give(inject);
+        assert_eq!(desk.serve(), [DONE]);
+        assert_eq!(desk.shared.injected(), None, "not before the answer is heard");
     }
 
     #[test]

@@ -122,6 +122,7 @@ impl Session {
             name: about.name.clone(),
             reset: about.reset,
             parameters: about.parameters,
+            injectable: shared.is_injectable(),
             counters: Counters { too_long, overrun, heap_least_free, ..shared.take_counters() },
         })
     }

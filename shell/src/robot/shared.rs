@@ -3,7 +3,7 @@
 use core::cell::RefCell;
 
 use control::protocol::pairing::Pairing;
-use control::protocol::radio::{Answer, Batch, Counters, Echo, ToRobot};
+use control::protocol::radio::{Answer, Batch, Counters, Echo, InjectedFault, Injection, ToRobot};
 use control::protocol::secure::{Key, WELCOME};
 use control::{Parameters, Refusal};
 use embassy_sync::blocking_mutex::Mutex;
@@ -82,6 +82,18 @@ struct State {
     working: bool,
     /// What [`Work::Save`] is about.
     set: Option<Parameters>,
+    injection: Injecting,
+}
+
+/// What there is of faults on request.
+#[derive(Clone, Copy, Debug)]
+enum Injecting {
+    /// This image makes none.
+    NotBuiltIn,
+    /// Nothing was asked for.
+    Nothing,
+    /// From one time to another.
+    Ordered { fault: InjectedFault, from: Instant, until: Instant },
 }
 
 /// A console that was silent for so long has gone: telemetry is not for nobody.
@@ -108,6 +120,16 @@ impl Shared {
     /// Nothing counted, nothing queued.
     #[must_use]
     pub const fn new() -> Self {
+        Self::with_injection(Injecting::NotBuiltIn)
+    }
+
+    /// The same for an image that makes faults on request: the board's parts are those of [`crate::inject`].
+    #[must_use]
+    pub const fn injectable() -> Self {
+        Self::with_injection(Injecting::Nothing)
+    }
+
+    const fn with_injection(injection: Injecting) -> Self {
         let counters = Counters {
             ticks: 0,
             missed_deadlines: 0,
@@ -150,6 +172,7 @@ impl Shared {
                 lost_stop: false,
                 working: false,
                 set: None,
+                injection,
             })),
         }
     }
@@ -233,6 +256,35 @@ impl Shared {
     /// The parameters that are to be kept.
     pub(super) fn set(&self) -> Option<Parameters> {
         self.with(|state| state.set)
+    }
+
+    /// Whether faults are made on request.
+    #[must_use]
+    pub fn is_injectable(&self) -> bool {
+        self.with(|state| !matches!(state.injection, Injecting::NotBuiltIn))
+    }
+
+    /// Takes the request for a fault.
+    pub(super) fn inject(&self, injection: Injection) -> Result<(), Refusal> {
+        let from = Instant::now() + Duration::from_millis(Injection::DELAY_MS.into());
+        let until = from + Duration::from_millis(injection.for_ms.into());
+        self.with(|state| match &mut state.injection {
+            Injecting::NotBuiltIn => Err(Refusal::NotBuiltIn),
+            ordered => {
+                *ordered = Injecting::Ordered { fault: injection.fault, from, until };
+                Ok(())
+            }
+        })
+    }
+
+    /// The fault to be made now, and until when.
+    pub(crate) fn injected(&self) -> Option<(InjectedFault, Instant)> {
+        let now = Instant::now();
+        self.with(|state| match state.injection {
+            Injecting::Ordered { fault, from, until } if (from..until).contains(&now) => Some((fault, until)),
+            _ => None,
+        })
+        .filter(|(fault, _)| *fault != InjectedFault::None)
     }
 
     /// Whether the flash is at work.
