@@ -5,7 +5,8 @@ use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
 /// Writes a file through a temporary one in the same directory and renames it when everything is on disk: a crash, a
-/// full disk or an error of `fill` leaves what was there before. Missing directories are made.
+/// full disk or an error of `fill` leaves what was there before. Missing directories are made. On Unix the new name is on
+/// disk, too, when this returns: a power cut afterwards does not bring the old file back.
 ///
 /// A link stays one: what it leads to is replaced. A device, a pipe, a socket or an open file of a process
 /// (`/dev/stdout`) is not replaced but written into, after `fill` is done.
@@ -51,7 +52,7 @@ fn write_with_mode<E: From<io::Error>>(
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), E>,
 ) -> Result<(), E> {
     match place(path)? {
-        Place::File(file) => replace(&file, mode, fill),
+        Place::File(file) => replace(&file, mode, fill, &mut sync_directory),
         Place::Stream(stream) => pass_on(&stream, fill),
     }
 }
@@ -102,9 +103,10 @@ fn replace<E: From<io::Error>>(
     path: &Path,
     mode: u32,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), E>,
+    sync: &mut dyn FnMut(&Path) -> io::Result<()>,
 ) -> Result<(), E> {
     let directory = directory(path);
-    fs::create_dir_all(directory)?;
+    let changed = make(directory)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".scram-").suffix(".part");
     #[cfg(unix)]
@@ -118,7 +120,44 @@ fn replace<E: From<io::Error>>(
     fill_file(file.as_file_mut(), fill)?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
-    Ok(())
+    Ok(changed.iter().try_for_each(|directory| sync(directory))?)
+}
+
+/// Makes a directory where there is none. Every directory that a name in it needs on disk: itself, those that were made
+/// on the way, and the one in which they were.
+fn make(directory: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut changed = Vec::new();
+    for at in directory.ancestors() {
+        let at = if at.as_os_str().is_empty() { Path::new(".") } else { at };
+        changed.push(at.to_owned());
+        if at.exists() {
+            break;
+        }
+    }
+    fs::create_dir_all(directory)?;
+    Ok(changed)
+}
+
+/// Waits until the names in a directory are on disk: on Unix a file that was synced may still have no name after a power
+/// cut. Elsewhere, in a directory that may not be read, and on a file system that cannot do it, this does nothing.
+///
+/// # Errors
+/// Whatever the file system says, such as that the disk is full or gone.
+pub fn sync_directory(directory: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
+        let synced = File::open(directory).and_then(|directory| directory.sync_all());
+        match synced {
+            Err(error) if matches!(error.kind(), InvalidInput | PermissionDenied | Unsupported) => Ok(()),
+            synced => synced,
+        }
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = directory;
+        Ok(())
+    }
 }
 
 /// By way of a file without a name: formats go back in what they have written, which a pipe cannot.
@@ -183,6 +222,41 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(fs::read(&path).unwrap(), b"whole");
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1, "no temporary file is left");
+    }
+
+    #[test]
+    fn the_new_name_is_on_disk_before_anybody_hears_that_it_is_done() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("new/newer/run.csv");
+        let mut synced = Vec::new();
+        let fill = |file: &mut BufWriter<&mut File>| file.write_all(b"whole");
+        replace::<io::Error>(&path, 0o666, fill, &mut |at| {
+            assert_eq!(fs::read(&path).unwrap(), b"whole", "synced before it has its name");
+            synced.push(at.to_owned());
+            sync_directory(at)
+        })
+        .unwrap();
+        let at = |name: &str| directory.path().join(name);
+        assert_eq!(synced, [at("new/newer"), at("new"), directory.path().to_owned()]);
+        // Where the directory was there already, it alone has changed.
+        synced.clear();
+        replace::<io::Error>(&path, 0o666, fill, &mut |at| {
+            synced.push(at.to_owned());
+            Ok(())
+        })
+        .unwrap();
+        assert_eq!(synced, [at("new/newer")]);
+        let failed = replace::<io::Error>(&path, 0o666, fill, &mut |_| Err(io::ErrorKind::StorageFull.into()));
+        assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
+    }
+
+    #[test]
+    fn a_directory_can_be_synced_and_one_that_is_gone_cannot() {
+        let directory = tempfile::tempdir().unwrap();
+        sync_directory(directory.path()).unwrap();
+        if cfg!(unix) {
+            assert_eq!(sync_directory(&directory.path().join("gone")).unwrap_err().kind(), io::ErrorKind::NotFound);
+        }
     }
 }
 

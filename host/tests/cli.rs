@@ -119,6 +119,27 @@ fn faults_end_with_the_bridge_off() {
 }
 
 #[test]
+fn what_is_said_of_a_fault_is_what_happened() {
+    let directory = temporary();
+    let said = |words: &str| {
+        let all = succeeds(directory.path(), &format!("sim --bench --robot @/robot.toml {words}"));
+        let lines: Vec<String> = all.lines().filter(|line| line.starts_with("fault at")).map(str::to_owned).collect();
+        lines.join("\n")
+    };
+    let off = said("--drive idle --faults stall@1");
+    assert!(off.ends_with("stalled: not noticed, the bridge was off already"), "{off}");
+    for (fault, ending) in [
+        ("sensor-noisy", "a held speed is to bear it"),
+        ("sensor-drifting", "nothing is made to find it"),
+        ("adc-saturated", "nothing is made to find it"),
+    ] {
+        let line = said(&format!("--seconds 3 --faults {fault}@1"));
+        let wanted = format!("{fault}: not noticed, the bridge stays on; estimate off by ");
+        assert!(line.contains(&wanted) && line.ends_with(&format!("° RMS since; {ending}")), "{line}");
+    }
+}
+
+#[test]
 fn wrong_usage_ends_with_2() {
     let directory = temporary();
     let bad = |words: &str, says: &[&str]| fails(directory.path(), words, 2, says);
@@ -127,6 +148,7 @@ fn wrong_usage_ends_with_2() {
     bad("sim --robot @/robot.toml --seconds=-1", &["--seconds", "above 0"]);
     bad("sim --robot @/robot.toml --seconds 1e9", &["up to 600"]);
     bad("sim --robot @/robot.toml --faults fire@1", &["`fire`", "sensor-open"]);
+    bad("sim --robot @/robot.toml --seconds 2 --faults stall@100", &["`stalled@100`", "the run ends at 2 s"]);
     bad("sim --speed 3", &["--speed"]);
     bad("diagnose", &["RUNS"]);
     bad("fly", &["fly"]);

@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::ffi::OsString;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -34,14 +36,19 @@ impl OnTty {
         Self { simulation, directory }
     }
 
+    /// What a console here begins with; `--out` is not among it.
+    fn words(&self) -> Vec<OsString> {
+        let keys = self.directory.path().join("keys.toml");
+        let mut words: Vec<OsString> = vec![env!("CARGO_BIN_EXE_scram").into(), "console".into(), "--port".into()];
+        words.extend([self.simulation.port().into(), "--keys".into(), keys.into(), "--robot".into()]);
+        words.push(robot_file().into());
+        words
+    }
+
     fn spawn(&self, arguments: &[&str]) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_scram"))
-            .args(["console", "--port"])
-            .arg(self.simulation.port())
-            .arg("--keys")
-            .arg(self.directory.path().join("keys.toml"))
-            .arg("--robot")
-            .arg(robot_file())
+        let words = self.words();
+        Command::new(&words[0])
+            .args(&words[1..])
             .arg("--out")
             .arg(self.directory.path())
             .args(arguments)
@@ -239,6 +246,97 @@ fn a_dongle_that_is_pulled_out_is_said_and_the_recording_is_whole() {
     assert!(said.iter().any(|said| stderr.contains(said)), "{stderr}");
     let loaded = load_with(&tty.recording(), &ReadOptions::default()).expect("a recording");
     assert!(!loaded.notes.iter().any(|note| note.contains("cut off")), "{:?}", loaded.notes);
+}
+
+/// Whether the robot drives on and is told to stop with nothing recorded any more, and how a person hears of it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said_the_robot_drives_on_and_the_exit_code_is_1() {
+    let tty = OnTty::new(1);
+    let at = |name: &str| tty.directory.path().join(name);
+    std::fs::create_dir(at("tiny")).expect("a directory");
+    let script = "\"$@\"; code=$?; cp \"$TINY\"/console-0001.mcap \"$TINY\"/../kept.mcap; exit $code";
+    let Some(mut command) = common::command::on_a_disk_of(&at("tiny"), "256k", script) else {
+        eprintln!("skipped: this user may not mount a file system of his own");
+        return;
+    };
+    let commands = "clear; freq 7; wait 4s; status; stop";
+    command.args(tty.words()).arg("--out").arg(at("tiny")).args(["--json", "--command", commands]);
+    let (code, stdout, stderr) = said(command.output().expect("it runs"));
+    assert_eq!(code, Some(1), "{stdout}{stderr}");
+    for part in [
+        "not everything was recorded: ",
+        "tiny/console-0001.mcap: the disk is full: what was recorded until then is kept and can be read",
+        "choose another directory with --out",
+    ] {
+        assert!(stderr.contains(part), "`{stderr}` does not say `{part}`");
+    }
+    let told = lines(&stdout);
+    let status = told.iter().find(|line| line["kind"] == "robot").expect("a status");
+    assert_eq!((&status["state"], &status["fault"]), (&"speed".into(), &Value::Null), "{stdout}");
+    assert_eq!(tty.states(), [(State::Idle, None)]);
+    // It was full long before the end.
+    let loaded = load_with(&at("kept.mcap"), &ReadOptions::default()).expect("what was recorded until then");
+    let rows = loaded.recording.len();
+    assert!((300..3500).contains(&rows), "{rows} rows");
+}
+
+/// A terminal window with the console in it, which is closed while the robot drives: the exit code of the console.
+#[cfg(target_os = "linux")]
+fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8]) -> Option<i32> {
+    let code = tty.directory.path().join("code");
+    let quoted = |word: OsString| format!("'{}'", word.to_str().expect("UTF-8"));
+    let mut words: Vec<String> = tty.words().into_iter().map(quoted).collect();
+    words.extend(["--out".to_owned(), quoted(tty.directory.path().into())]);
+    words.extend(arguments.iter().map(|word| quoted(word.into())));
+    // As a person's shell does, this one hands the end of its window on; it outlives it, to tell.
+    let shell = format!(
+        "stty rows 40 cols 120; exec 3<&0; {} <&3 & child=$!; trap 'hung=1; kill -HUP $child' HUP; \
+         wait $child; code=$?; if [ -n \"$hung\" ]; then wait $child; code=$?; fi; echo $code > '{}'",
+        words.join(" "),
+        code.display()
+    );
+    let window = Command::new("script")
+        .args(["--quiet", "--command", &shell, "/dev/null"])
+        .env("SHELL", "/bin/sh")
+        .env("TERM", "xterm")
+        .env("XDG_STATE_HOME", tty.directory.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn();
+    let Ok(mut window) = window else {
+        eprintln!("skipped: there is no `script`");
+        return None;
+    };
+    let mut keyboard = window.stdin.take().expect("a pipe");
+    tty.wait_until("the console is open", |tty| {
+        let listed = std::fs::read_dir(tty.directory.path()).expect("a directory");
+        listed.flatten().any(|entry| entry.path().extension().is_some_and(|extension| extension == "mcap"))
+    });
+    std::thread::sleep(Duration::from_secs(1));
+    keyboard.write_all(keys).expect("it takes keys");
+    tty.wait_until("drives", |tty| tty.states()[0].0 == State::Speed);
+    std::thread::sleep(Duration::from_millis(300));
+    window.kill().expect("SIGKILL");
+    window.wait().expect("it ends");
+    tty.wait_until("the console has ended", |_| code.exists());
+    std::thread::sleep(Duration::from_millis(100));
+    std::fs::read_to_string(&code).expect("its code").trim().parse().ok()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_window_that_is_closed_ends_the_console_in_order() {
+    for (arguments, keys) in [(&[][..], &b"clear; freq 7\r"[..]), (&["--command", "clear; freq 7; wait 20s"], b"")] {
+        let tty = OnTty::new(1);
+        let Some(code) = closed_window(&tty, arguments, keys) else { return };
+        assert_eq!(code, 1, "{arguments:?}");
+        assert_eq!(tty.states(), [(State::Idle, None)], "{arguments:?}: it was told to stop");
+        let loaded = load_with(&tty.recording(), &ReadOptions::default()).expect("a recording");
+        assert!(!loaded.notes.iter().any(|note| note.contains("cut off")), "{arguments:?}: {:?}", loaded.notes);
+        let events = events(&tty.recording()).expect("events");
+        assert!(events.iter().any(|event| event.event == SessionEvent::Stop), "{arguments:?}");
+    }
 }
 
 #[test]

@@ -11,11 +11,12 @@ use control::parameters::table;
 use control::protocol::dongle::{FromDongle, ToDongle};
 use control::protocol::frame::{self, Deframer};
 use control::protocol::radio::{Reset, What};
-use control::protocol::secure::Key;
+use control::protocol::secure::{Caller, Key, Nonce};
 use control::{Command, Fault, Refusal, State};
 use description::angle_code::{AdcCurve, corrected_angle};
 use description::robot::Sensor;
 use hal_sim::radio::Trouble;
+use scram::console::Engine;
 use scram::identify::{PotentiometerFit, potentiometer};
 use scram::link::{Event, Line, LinkError, Outcome, RobotId, Session, Spin, spin};
 use scram::recording::{AngleReading, Drive, Recording, load, write_mcap};
@@ -23,7 +24,8 @@ use workbench::host_end::HostEnd;
 use workbench::incident::Incident;
 use workbench::journal::{Event as Journaled, actuations, driven};
 use workbench::serial::Cable;
-use workbench::setup::{DONGLE, address};
+use workbench::setup::{DONGLE, address, pairing};
+use workbench::time::{now_us, until};
 
 const TICKS: u64 = 2500;
 const TICK_S: f64 = 1e-3;
@@ -358,8 +360,8 @@ fn a_fault_that_persists_is_not_cleared() {
 /// Somebody hears the length of frames and keeps every `Stop` from the air, nothing else: encryption does not hide lengths.
 struct WithoutStops(HostEnd, Vec<u8>);
 
-/// A `Stop` on the air: version, kind, counter, one byte, tag.
-const STOP_BYTES: usize = 4 + 1 + 4 + 1 + 16;
+/// A `Stop` on the air: version, kind, counter, the console's nonce, one byte, tag.
+const STOP_BYTES: usize = 4 + 1 + 4 + 8 + 1 + 16;
 
 impl Read for WithoutStops {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
@@ -536,4 +538,89 @@ fn keys_of_another_console_drive_nothing() {
     let error = stranger.find(None, PATIENCE).expect_err("it does not obey").to_string();
     assert_eq!(error, "a robot does not answer on channel 1; nothing else either");
     assert!(line.bench().robots[0].counters().forged > 3);
+}
+
+/// A stop goes to everybody, and is signed for one.
+#[test]
+fn the_robots_of_one_console_take_each_others_stops_for_no_forgeries() {
+    let line = bench(3, 7, |_| {});
+    let mut session = ready(&line, 3, 7);
+    let forged = |line: &HostEnd| line.bench().robots.iter().map(|robot| robot.counters().forged).sum::<u32>();
+    let others = |line: &HostEnd| line.bench().robots.iter().map(|robot| robot.counters().misunderstood).sum::<u32>();
+    for index in 0..3 {
+        assert_eq!(ask(&mut session, RobotId(index), FREQUENCY), Outcome::Done(None));
+    }
+    session.stop(FIRST).expect("the line holds");
+    go_on(&mut session, Duration::from_millis(300));
+    let states: Vec<State> = line.bench().robots.iter().map(|robot| robot.state().expect("it runs").0).collect();
+    assert_eq!(states, [State::Idle, State::Speed, State::Speed]);
+    session.stop_all().expect("the line holds");
+    go_on(&mut session, Duration::from_millis(300));
+    assert_eq!(forged(&line), 0, "nobody forged anything");
+    assert!(others(&line) >= 2, "the others heard the stops: {}", others(&line));
+}
+
+/// Somebody has recorded how sessions began, and plays that back all the time.
+#[test]
+fn a_console_begins_while_recorded_hellos_are_played_back() {
+    let line = bench(1, 8, |_| {});
+    let recorded: Vec<Vec<u8>> = (0..60_u64)
+        .map(|number| {
+            let nonce = Nonce((number + 1_000_000).to_le_bytes());
+            Caller::new(pairing(DONGLE, 8, 0).key, nonce).hello().to_vec()
+        })
+        .collect();
+    let ether = line.bench().ether.clone();
+    // One every 2 ms: each is another call than the one before.
+    let replay = async move {
+        for hello in recorded.iter().cycle() {
+            ether.inject(DONGLE, address(0), hello);
+            until(now_us() + 2000).await;
+        }
+    };
+    line.bench().spawn(replay);
+    for begins in 0..5 {
+        let mut number = 1000 * begins;
+        let nonces = Box::new(move || {
+            number += 1;
+            Nonce(u64::to_le_bytes(number))
+        });
+        let mut session = Session::open(line.clone(), &keys(1, 8), nonces, PATIENCE).expect("a dongle");
+        let start = session.now();
+        session.find(Some(address(0)), PATIENCE).expect("the robot");
+        let took = session.now() - start;
+        assert!(took < Duration::from_secs(1), "session {begins} began after {took:?}");
+        assert_eq!(ask(&mut session, FIRST, Command::ClearFault), Outcome::Done(None));
+    }
+    let counters = line.bench().robots[0].counters();
+    assert!(counters.calls > 100, "they were heard: {counters:?}");
+}
+
+/// What the screen shows as a robot's target is what the robot does.
+#[test]
+fn a_refused_order_leaves_the_target_at_what_the_robot_does() {
+    let line = bench(1, 9, |_| {});
+    let mut engine = Engine::new(session(&line, 1, 9), "the bench");
+    let mut typed = |text: &str| {
+        engine.submit(text).expect("it can be typed");
+        let end = engine.model().now + Duration::from_millis(300);
+        while engine.model().now < end {
+            engine.poll().expect("the line holds");
+        }
+        let robot = &engine.model().robots[0];
+        (robot.target.clone(), robot.state)
+    };
+    typed("status");
+    typed("status");
+    typed("status");
+    let driving = (Some("freq 7".to_owned()), Some(State::Speed));
+    assert_eq!(typed("clear; freq 7"), driving);
+    assert_eq!(typed("freq 50"), driving, "refused");
+    assert_eq!(typed("save"), driving, "refused while it drives");
+    assert_eq!(typed("clear"), driving, "there is nothing to clear");
+    assert_eq!(typed("position 30").0.as_deref(), Some("position 30"));
+    assert_eq!(typed("coast").0, None);
+    assert_eq!(typed("freq 50").0, None);
+    assert_eq!(typed("freq 7"), driving);
+    assert_eq!(typed("stop").0, None);
 }

@@ -172,12 +172,19 @@ fn faults_are_reported_with_cause_and_delay() {
     assert_eq!(unprovoked.len(), 1);
     assert_eq!((unprovoked[0].cause.as_deref(), unprovoked[0].injected.as_deref()), (Some("Stall"), None));
     near(Some(unprovoked[0].at_s), 1.25, 1e-9);
+    assert!(unprovoked[0].bridge_was_on, "until the tick that found it");
+    assert_eq!(unprovoked[0].bridge_off_after_s, Some(0.0));
 
     run.faults = vec![Scheduled { at_s: 1.0, what: Break::Robot(hal_sim::Fault::Stalled) }];
     let provoked = metrics(&run).faults;
     assert_eq!(provoked.len(), 1);
     assert_eq!(provoked[0].injected.as_deref(), Some("stalled"));
     near(provoked[0].bridge_off_after_s, 0.25, 1.5 * TICK_S);
+    assert!(provoked[0].bridge_was_on);
+    run.faults[0].at_s = 1.5;
+    let late = &metrics(&run).faults[1];
+    assert_eq!((late.bridge_was_on, late.bridge_off_after_s), (false, Some(0.0)), "it was off already");
+    run.faults[0].at_s = 1.0;
 
     for tick in &mut run.ticks {
         tick.telemetry.fault = None;

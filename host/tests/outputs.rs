@@ -63,7 +63,7 @@ fn a_full_device_is_said_and_stays() {
     let link = directory.path().join("full");
     symlink("/dev/full", &link).unwrap();
     for words in [format!("{EXPORT} -o full"), format!("{SIM} --view full")] {
-        refuses(directory.path(), &words, 1, &["full cannot be written", "No space left"]);
+        refuses(directory.path(), &words, 1, &["full: the disk is full"]);
         assert!(link.is_symlink());
         assert!(fs::metadata("/dev/full").unwrap().file_type().is_char_device());
     }
@@ -103,4 +103,25 @@ fn a_full_disk_names_the_file_and_takes_nothing_away() {
     assert_eq!(files(directory.path()), before.0);
     assert!(files(&directory.path().join("out")) == before.1, "nothing is lost, and no temporary file is left");
     assert!(files(&directory.path().join("new")).is_empty());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_recording_that_does_not_fit_says_that_the_disk_is_full() {
+    let directory = temporary();
+    let tiny = directory.path().join("tiny");
+    fs::create_dir(&tiny).unwrap();
+    let Some(mut command) = common::command::on_a_disk_of(&tiny, "64k", "\"$@\"; code=$?; ls \"$TINY\"; exit $code")
+    else {
+        eprintln!("skipped: this user may not mount a file system of his own");
+        return;
+    };
+    command.arg(assert_cmd::cargo::cargo_bin!("scram")).args(["sim", "--bench", "--robot"]);
+    let output = command.arg(common::robot_file()).arg("--out").arg(&tiny).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    for part in ["tiny/run.mcap: the disk is full: nothing of it is kept", "make room on the disk"] {
+        assert!(message.contains(part), "`{message}` does not say `{part}`");
+    }
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "", "nothing is left in it");
 }

@@ -162,10 +162,19 @@ impl Console {
     /// The frame of an order in this session, which is not sent.
     #[must_use]
     pub fn seal(&self, order: ToRobot) -> Option<Vec<u8>> {
+        self.sealed(order, |sealer, buffer| sealer.seal(&order, buffer).ok().map(|(frame, _)| frame.len()))
+    }
+
+    fn sealed(
+        &self,
+        order: ToRobot,
+        seal: impl FnOnce(&mut Sealer, &mut [u8; LONGEST]) -> Option<usize>,
+    ) -> Option<Vec<u8>> {
         let mut session = self.0.session.borrow_mut();
         let (sealer, _) = session.as_mut()?;
         let mut buffer = [0; LONGEST];
-        let (frame, _) = sealer.seal(&order, &mut buffer).ok()?;
+        let length = seal(sealer, &mut buffer)?;
+        let frame = &buffer[..length];
         self.0.said.borrow_mut().push(Said { at_us: now_us(), order, frame: frame.to_vec() });
         Some(frame.to_vec())
     }
@@ -183,7 +192,10 @@ impl Console {
         let begun_us = now_us();
         while !self.is_off_since(begun_us) {
             self.say(ToRobot::Stop).await;
-            if let Some(frame) = self.seal(ToRobot::Stop) {
+            let to_all = self.sealed(ToRobot::Stop, |sealer, buffer| {
+                sealer.seal_to_all(&ToRobot::Stop, buffer).ok().map(|(frame, _)| frame.len())
+            });
+            if let Some(frame) = to_all {
                 self.send(BROADCAST, &frame).await;
             }
             until(now_us() + 10_000).await;

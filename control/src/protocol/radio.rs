@@ -348,7 +348,7 @@ pub struct Counters {
     pub outdated: u32,
     /// Frames with a wrong tag: forged, damaged, of another robot's console, of a session that is over.
     pub forged: u32,
-    /// Received, but nothing for a robot: rubbish, or what another robot says.
+    /// Received, but nothing for this robot: rubbish, what another robot says, or an order to all that is for another one.
     pub misunderstood: u32,
     /// Received from a sender of another version.
     pub other_version: u32,

@@ -4,7 +4,9 @@
 //! version u32 | kind u8 | body | tag 16 bytes            little endian, at most 250 bytes
 //!               Hello     console nonce                   under the pairing key
 //!               Welcome   console nonce, robot nonce      under the pairing key
-//!               Order     counter u32, postcard           under the session key
+//!               Order     counter u32, console nonce,     under the session key
+//!                         postcard
+//!               ToAll     as an Order                     under the session key of the robot that is meant
 //!               Telling   counter u32, postcard           under the session key
 //!               Notice    (nothing, and no tag)
 //! ```
@@ -14,6 +16,13 @@
 //! direction has a wrong tag. Within a session the counter only grows, so that a frame counts once. A robot changes to a new
 //! session with the first order under it and not with the `Hello`, which somebody may have recorded: a replayed `Hello`
 //! ends nothing.
+//!
+//! A replayed `Hello` begins nothing either, and keeps nobody from beginning: what a robot remembers between a `Hello` and
+//! the first order is its own nonce alone, the same in its answer to whoever calls, until a session begins with it. The
+//! console's nonce comes back with the order, as the cookie of DTLS does (RFC 9147, 5.1).
+//!
+//! An order to all is heard by the other robots of the console, too. To them its tag is wrong, and its nonce is not their
+//! session's: they take it as meant for another one and not as forged.
 //!
 //! The layout up to `kind` stays for ever. It is how ends of different versions find that out; the notice says so to a
 //! console, and nobody believes it more than that.
@@ -27,12 +36,12 @@ use super::VERSION;
 use super::radio::LONGEST;
 
 /// Part of the version: raise it with every change of what a frame is made of, which no schema tells.
-pub const LAYOUT: u32 = 1;
+pub const LAYOUT: u32 = 2;
 /// Bytes of a tag.
 pub const TAG: usize = 16;
 /// Bytes before a body: version and kind.
 pub const HEAD: usize = 5;
-/// Longest postcard message in an order or a telling, bytes.
+/// Longest postcard message in a telling, bytes; in an order it is 8 bytes shorter.
 pub const LONGEST_BODY: usize = LONGEST - HEAD - COUNTER - TAG;
 
 const COUNTER: usize = 4;
@@ -71,6 +80,8 @@ pub enum Kind {
     Welcome,
     /// From a console.
     Order,
+    /// From a console to one robot, sent to everybody: it takes less time, but is not repeated by the radio.
+    ToAll,
     /// From a robot.
     Telling,
     /// From a robot to a console of another version. The only frame without a tag.
@@ -78,7 +89,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    const ALL: [Self; 5] = [Self::Hello, Self::Welcome, Self::Order, Self::Telling, Self::Notice];
+    const ALL: [Self; 6] = [Self::Hello, Self::Welcome, Self::Order, Self::Telling, Self::Notice, Self::ToAll];
 
     fn code(self) -> u8 {
         match self {
@@ -87,6 +98,7 @@ impl Kind {
             Self::Order => 3,
             Self::Telling => 4,
             Self::Notice => 5,
+            Self::ToAll => 6,
         }
     }
 }
@@ -96,7 +108,7 @@ impl Kind {
 pub enum Rejected {
     /// Of another version of the protocol.
     OtherVersion(u32),
-    /// No frame of ours, or one that goes the other way.
+    /// No frame of ours, or one that goes the other way, or an order to all that is meant for another robot.
     Misdirected,
     /// The tag is wrong: forged, damaged, another robot's, of a session that is over or that never was.
     Forged,
@@ -175,7 +187,8 @@ fn session_key(pairing: &Key, console: Nonce, robot: Nonce) -> Key {
 #[derive(Debug)]
 pub struct Sealer {
     key: Key,
-    kind: Kind,
+    /// A console's nonce, which its orders carry; a robot's tellings carry none.
+    call: Option<Nonce>,
     next: u32,
 }
 
@@ -183,11 +196,11 @@ impl Sealer {
     /// A robot's, from its session's key.
     #[must_use]
     pub fn robot(key: Key) -> Self {
-        Self { key, kind: Kind::Telling, next: 0 }
+        Self { key, call: None, next: 0 }
     }
 
-    fn console(key: Key) -> Self {
-        Self { key, kind: Kind::Order, next: 0 }
+    fn console(key: Key, call: Nonce) -> Self {
+        Self { key, call: Some(call), next: 0 }
     }
 
     /// The frame of a message, in `buffer`, and its counter.
@@ -199,14 +212,41 @@ impl Sealer {
         body: &B,
         buffer: &'b mut [u8; LONGEST],
     ) -> Result<(&'b [u8], u32), Unsealed> {
+        let kind = if self.call.is_some() { Kind::Order } else { Kind::Telling };
+        self.seal_as(kind, body, buffer)
+    }
+
+    /// The same for an order that is sent to everybody; only the robot of this session obeys it. A robot's is what
+    /// [`Sealer::seal`] makes: it tells nothing to all.
+    ///
+    /// # Errors
+    /// See [`Unsealed`].
+    pub fn seal_to_all<'b, B: Serialize>(
+        &mut self,
+        body: &B,
+        buffer: &'b mut [u8; LONGEST],
+    ) -> Result<(&'b [u8], u32), Unsealed> {
+        let kind = if self.call.is_some() { Kind::ToAll } else { Kind::Telling };
+        self.seal_as(kind, body, buffer)
+    }
+
+    fn seal_as<'b, B: Serialize>(
+        &mut self,
+        kind: Kind,
+        body: &B,
+        buffer: &'b mut [u8; LONGEST],
+    ) -> Result<(&'b [u8], u32), Unsealed> {
         let counter = self.next;
         let next = counter.checked_add(1).ok_or(Unsealed::Exhausted)?;
-        let (start, rest) = buffer.split_first_chunk_mut::<{ HEAD + COUNTER }>().ok_or(Unsealed::TooLong)?;
-        let counted = head(self.kind).into_iter().chain(counter.to_le_bytes());
-        start.iter_mut().zip(counted).for_each(|(slot, byte)| *slot = byte);
-        let room = rest.get_mut(..LONGEST_BODY).ok_or(Unsealed::TooLong)?;
+        let call = if self.call.is_some() { NONCE } else { 0 };
+        let before = call.saturating_add(HEAD + COUNTER);
+        let (start, rest) = buffer.split_at_mut_checked(before).ok_or(Unsealed::TooLong)?;
+        let counted = head(kind).into_iter().chain(counter.to_le_bytes());
+        let named = counted.chain(self.call.into_iter().flat_map(|call| call.0));
+        start.iter_mut().zip(named).for_each(|(slot, byte)| *slot = byte);
+        let room = rest.get_mut(..LONGEST_BODY.saturating_sub(call)).ok_or(Unsealed::TooLong)?;
         let body = postcard::to_slice(body, room).map_err(|_| Unsealed::TooLong)?.len();
-        let end = body.saturating_add(HEAD + COUNTER);
+        let end = body.saturating_add(before);
         let (signed, rest) = buffer.split_at_mut_checked(end).ok_or(Unsealed::TooLong)?;
         *rest.first_chunk_mut::<TAG>().ok_or(Unsealed::TooLong)? = tag(&self.key, signed);
         self.next = next;
@@ -229,14 +269,15 @@ pub struct Opened<B> {
 #[derive(Debug)]
 pub struct Opener {
     key: Key,
-    kind: Kind,
+    /// It reads a console's orders; otherwise a robot's tellings.
+    orders: bool,
     /// The counter that is new enough.
     expected: u32,
 }
 
 impl Opener {
-    fn new(key: Key, kind: Kind) -> Self {
-        Self { key, kind, expected: 0 }
+    fn new(key: Key, orders: bool) -> Self {
+        Self { key, orders, expected: 0 }
     }
 
     /// The message of a frame.
@@ -244,12 +285,19 @@ impl Opener {
     /// # Errors
     /// See [`Rejected`]; nothing has changed then.
     pub fn open<B: DeserializeOwned>(&mut self, frame: &[u8]) -> Result<Opened<B>, Rejected> {
-        if kind(frame)? != self.kind {
+        let is_order = match kind(frame)? {
+            Kind::Order | Kind::ToAll => true,
+            Kind::Telling => false,
+            Kind::Hello | Kind::Welcome | Kind::Notice => return Err(Rejected::Misdirected),
+        };
+        if is_order != self.orders {
             return Err(Rejected::Misdirected);
         }
         let signed = verified(&self.key, frame)?;
         let body = signed.get(HEAD..).ok_or(Rejected::Forged)?;
         let (counter, body) = body.split_first_chunk::<COUNTER>().ok_or(Rejected::Unreadable)?;
+        // The nonce in an order is this session's: its key is made of it.
+        let body = body.get(if is_order { NONCE } else { 0 }..).ok_or(Rejected::Unreadable)?;
         let counter = u32::from_le_bytes(*counter);
         let missing = counter.checked_sub(self.expected).ok_or(Rejected::Outdated)?;
         // Once more than the last: a sealer never gets there.
@@ -301,7 +349,7 @@ impl Caller {
             return Err(Rejected::Outdated);
         }
         let key = session_key(&self.key, self.nonce, robot);
-        Ok((Sealer::console(key.clone()), Opener::new(key, Kind::Telling)))
+        Ok((Sealer::console(key.clone(), self.nonce), Opener::new(key, false)))
     }
 }
 
@@ -336,9 +384,11 @@ pub enum Heard<B> {
 #[derive(Debug)]
 pub struct Ear {
     key: Key,
-    session: Option<Opener>,
-    /// A session that was offered, and the call that it answers.
-    offered: Option<(Nonce, Nonce, Opener)>,
+    /// The call that began it, and its frames.
+    session: Option<(Nonce, Opener)>,
+    /// The robot's part of the next session, whoever's call begins it. Calls leave no other trace: replayed ones displace
+    /// nothing.
+    offered: Option<Nonce>,
 }
 
 impl Ear {
@@ -351,7 +401,8 @@ impl Ear {
     /// Takes a frame in. `fresh` makes a nonce where a new session is to be offered.
     ///
     /// # Errors
-    /// See [`Rejected`]; nothing has changed then, but that a frame which is [`Rejected::Unreadable`] is not taken again.
+    /// See [`Rejected`]; nothing has changed then, but that a frame of the present session which is
+    /// [`Rejected::Unreadable`] is not taken again.
     pub fn hear<B: DeserializeOwned>(
         &mut self,
         frame: &[u8],
@@ -359,45 +410,48 @@ impl Ear {
     ) -> Result<Heard<B>, Rejected> {
         match kind(frame)? {
             Kind::Hello => self.offer(frame, fresh).map(Heard::Hello),
-            Kind::Order => self.order(frame),
+            Kind::Order | Kind::ToAll => self.order(frame),
             Kind::Welcome | Kind::Telling | Kind::Notice => Err(Rejected::Misdirected),
         }
     }
 
-    /// Answers a call; the same call gets the same answer, for it is repeated until one arrives.
+    /// Answers a call. Every one gets the same nonce of the robot until a session begins with it, so that a call may be
+    /// repeated until an answer arrives, and others may come in between.
     fn offer(&mut self, frame: &[u8], fresh: impl FnOnce() -> Nonce) -> Result<[u8; WELCOME], Rejected> {
         let (_, nonce) = verified(&self.key, frame)?.split_first_chunk::<HEAD>().ok_or(Rejected::Forged)?;
         let console = Nonce(nonce.try_into().map_err(|_| Rejected::Unreadable)?);
-        let robot = match &self.offered {
-            Some((answered, robot, _)) if *answered == console => *robot,
-            _ => {
-                let robot = fresh();
-                let opener = Opener::new(session_key(&self.key, console, robot), Kind::Order);
-                self.offered = Some((console, robot, opener));
-                robot
-            }
-        };
+        let robot = *self.offered.get_or_insert_with(fresh);
         let mut nonces = [0; 2 * NONCE];
         nonces.iter_mut().zip(console.0.into_iter().chain(robot.0)).for_each(|(slot, byte)| *slot = byte);
         Ok(signed(&self.key, Kind::Welcome, &nonces))
     }
 
     fn order<B: DeserializeOwned>(&mut self, frame: &[u8]) -> Result<Heard<B>, Rejected> {
-        let present = match &mut self.session {
-            Some(session) => session.open(frame),
-            None => Err(Rejected::Forged),
-        };
-        match (present, &mut self.offered) {
-            (Ok(order), _) => Ok(Heard::Order { order, began: None }),
-            (Err(Rejected::Forged), Some((.., offered))) => {
-                let order = offered.open(frame)?;
-                let began = Some(offered.key.clone());
-                self.session = self.offered.take().map(|(.., opener)| opener);
-                Ok(Heard::Order { order, began })
+        let call = called(frame).ok_or(Rejected::Forged)?;
+        let mut wrong = if kind(frame)? == Kind::ToAll { Rejected::Misdirected } else { Rejected::Forged };
+        if let Some((of, session)) = &mut self.session
+            && *of == call
+        {
+            match session.open(frame) {
+                // The same call may begin another session, with another nonce of the robot.
+                Err(Rejected::Forged) => wrong = Rejected::Forged,
+                done => return done.map(|order| Heard::Order { order, began: None }),
             }
-            (Err(rejected), _) => Err(rejected),
         }
+        let robot = self.offered.ok_or(wrong)?;
+        let key = session_key(&self.key, call, robot);
+        let mut opener = Opener::new(key.clone(), true);
+        let order = opener.open(frame).map_err(|why| if why == Rejected::Forged { wrong } else { why })?;
+        self.session = Some((call, opener));
+        self.offered = None;
+        Ok(Heard::Order { order, began: Some(key) })
     }
+}
+
+/// The console's nonce in an order, whoever made it.
+fn called(frame: &[u8]) -> Option<Nonce> {
+    let nonce = frame.get(HEAD + COUNTER..)?.first_chunk::<NONCE>()?;
+    Some(Nonce(*nonce))
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use control::protocol::secure::{Caller, Ear, Heard, Key, Nonce, Rejected, Sealer
 use crate::air::{Frames, KEY, MOST_FRAMES, Nonces, OTHER_KEY, console_nonce, robot_nonce};
 use crate::bytes::Bytes;
 
-/// Names a session.
-type Session = [u8; 8];
+/// Names a session: the console's nonce and the robot's.
+type Session = ([u8; 8], [u8; 8]);
 
 #[derive(Clone, Debug)]
 enum Made {
@@ -47,8 +47,8 @@ struct Air {
     robot: Option<Sealer>,
     frames: Frames<Made>,
     present: Option<Present>,
-    /// A session that the robot has offered: the call that it answers, and its name.
-    offered: Option<([u8; 8], Session)>,
+    /// The nonce that the robot answers every call with, until a session begins with it.
+    offered: Option<[u8; 8]>,
     obeyed: HashSet<(Session, u32)>,
 }
 
@@ -109,10 +109,12 @@ impl Air {
     fn answered(&mut self) {
         let Some(welcome) = self.welcome.take() else { return };
         match self.caller.welcomed(&welcome) {
-            Ok((sealer, _)) if self.sealer.as_ref().is_none_or(|(_, session)| *session != robot_nonce(&welcome)) => {
-                self.sealer = Some((sealer, robot_nonce(&welcome)));
+            Ok((sealer, _)) => {
+                let session = (console_nonce(&welcome), robot_nonce(&welcome));
+                if self.sealer.as_ref().is_none_or(|(_, before)| *before != session) {
+                    self.sealer = Some((sealer, session));
+                }
             }
-            Ok(_) => {}
             Err(error) => assert_eq!(error, Rejected::Outdated, "the robot's own answer"),
         }
     }
@@ -180,21 +182,20 @@ impl Air {
     }
 
     fn hello(&mut self, console: [u8; 8], fresh: Option<Nonce>, welcome: &[u8]) {
+        assert_eq!(console_nonce(welcome), console, "the answer to another call");
         match (self.offered, fresh) {
-            (Some((answered, session)), None) => {
-                assert_eq!((answered, session), (console, robot_nonce(welcome)), "the same call, the same answer");
-            }
-            (Some((answered, _)), Some(_)) => assert_ne!(answered, console, "the same call, another answer"),
+            (Some(offered), None) => assert_eq!(offered, robot_nonce(welcome), "another answer before a session began"),
+            (Some(_), Some(_)) => panic!("a call has displaced what was offered"),
             (None, fresh) => assert!(fresh.is_some(), "a session without a nonce of the robot"),
         }
-        self.offered = Some((console, robot_nonce(welcome)));
+        self.offered = Some(robot_nonce(welcome));
         self.welcome = Some(welcome.to_vec());
     }
 
     fn ordered(&mut self, session: Session, counter: u32, body: &[u8], heard: Result<Heard<ToRobot>, Rejected>) {
         let expected = match &self.present {
             Some(present) if present.session == session => Some((present.expected, false)),
-            _ if self.offered.is_some_and(|(_, offered)| offered == session) => Some((0, true)),
+            _ if self.offered == Some(session.1) => Some((0, true)),
             _ => None,
         };
         let Some((expected, begins)) = expected.filter(|(expected, _)| counter >= *expected) else {

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use super::pair::KeysFile;
 use super::sim::listed;
-use super::{Common, Done, identify, print, print_json};
+use super::{Common, Done, identify, print, print_json, say};
 
 /// Everything the motor gets: the speed is highest, and the supply's ripple of a switching bridge is not there.
 const DUTY: f32 = 1.0;
@@ -91,15 +91,15 @@ impl Calibrate {
         let expected = self.expected()?;
         let keys = self.keys.load()?;
         let line = SerialLine::open(&self.port).map_err(Report::from)?;
-        eprintln!("1/4  Looking for the dongle on {}", self.port);
+        say(&format!("1/4  Looking for the dongle on {}", self.port));
         let mut session =
             Session::open(line, &keys, link::nonces().map_err(Report::from)?, DONGLE_PATIENCE).map_err(Report::from)?;
-        eprintln!("     dongle {}, channel {}", link::address(&session.address()), session.channel());
+        say(&format!("     dongle {}, channel {}", link::address(&session.address()), session.channel()));
         let robot = self.find(&mut session, &expected.robot)?;
         self.ask(&mut session)?;
         let spin = spin(&mut session, robot, &expected)?;
         if spin.recorder.lost_share() > LOSSY {
-            eprintln!("{}", losses(&mut session, robot));
+            say(&losses(&mut session, robot));
         }
         let address = session.robot(robot).address();
         let mut recording = spin.recorder.recording(expected.tick_s);
@@ -129,11 +129,11 @@ impl Calibrate {
     }
 
     fn find(&self, session: &mut Session<SerialLine>, robot: &Robot) -> Result<RobotId, Report> {
-        eprintln!("2/4  Put the battery in. Looking for the robot");
+        say("2/4  Put the battery in. Looking for the robot");
         let found = session.find(self.address, ROBOT_PATIENCE)?;
         let (found_robot, now) = (session.robot(found), session.now());
         for line in link::robot(found_robot, now) {
-            eprintln!("     {line}");
+            say(&format!("     {line}"));
         }
         if let Some(status) = found_robot.status()
             && status.name != robot.name.as_str()
@@ -142,16 +142,16 @@ impl Calibrate {
             return Err(LinkError::OtherRobot { name, expected }.into());
         }
         if let Some(fault) = found_robot.telemetry().and_then(|batch| batch.fault) {
-            eprintln!("     Fault: {}.", link::fault(fault).0);
-            eprintln!("     It is cleared before the motor starts.");
+            say(&format!("     Fault: {}.", link::fault(fault).0));
+            say("     It is cleared before the motor starts.");
         }
         Ok(found)
     }
 
     /// Waits for Enter, and meanwhile keeps the robot idle.
     fn ask(&self, session: &mut Session<SerialLine>) -> Result<(), Report> {
-        eprintln!("3/4  Robot on its stand, axis upright, the mass free to turn all around.");
-        eprintln!("     The motor will run at full voltage for {SPIN_S} s. Hands and cables away.");
+        say("3/4  Robot on its stand, axis upright, the mass free to turn all around.");
+        say(&format!("     The motor will run at full voltage for {SPIN_S} s. Hands and cables away."));
         if self.yes {
             return Ok(());
         }
@@ -259,7 +259,7 @@ fn judge(recorder: &Recorder, recording: &Recording, expected: &Expected) -> Res
     }
     if hz < SLOW * expected.ceiling_hz {
         let promised = expected.ceiling_hz;
-        eprintln!("note: {hz:.2} Hz where the robot file promises {promised:.2} Hz: battery? friction?");
+        say(&format!("note: {hz:.2} Hz where the robot file promises {promised:.2} Hz: battery? friction?"));
     }
     Ok(fit)
 }
@@ -283,9 +283,9 @@ fn spin(session: &mut Session<SerialLine>, robot: RobotId, expected: &Expected) 
     });
     bar.finish_and_clear();
     let (lost, gaps) = spin.recorder.lost();
-    eprintln!("4/4  {} ticks received, {lost} lost in {gaps} gaps", spin.recorder.received());
+    say(&format!("4/4  {} ticks received, {lost} lost in {gaps} gaps", spin.recorder.received()));
     if !spin.stopped {
-        eprintln!("     The robot did not say that it stopped. IF IT TURNS, TAKE THE BATTERY OUT.");
+        say("     The robot did not say that it stopped. IF IT TURNS, TAKE THE BATTERY OUT.");
     }
     Ok(spin)
 }

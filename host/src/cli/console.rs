@@ -18,7 +18,7 @@ use workbench::realtime::{Options, Simulation};
 use workbench::setup;
 
 use super::pair::KeysFile;
-use super::{Common, Failure, print, print_json};
+use super::{Common, Failure, print, print_json, say};
 
 /// A dongle that was just restarted by opening its port needs a second to boot.
 const DONGLE_PATIENCE: Duration = Duration::from_secs(4);
@@ -43,8 +43,8 @@ const LIST_PATIENCE: Duration = Duration::from_secs(2);
         scram console --port /dev/ttyACM0 --command \"freq 7; wait 2s; oscillate -100 100; wait 2s; stop\"\n  \
         scram console --sim --json --command \"get controller.limits.frequency_hz; status\"\n\n\
         `scram console --commands` lists the commands.\n\n\
-        Exit codes with --command and --script: 0 done, 1 it could not be done (no dongle, no robot), 2 wrong usage,\n\
-        3 refused by the robot or too late, 4 no answer or no longer heard, 5 the robot stopped itself. However it ends, the\n\
+        Exit codes with --command and --script: 0 done, 1 it could not be done (no dongle, no robot, a full disk: not\n\
+        everything was recorded), 2 wrong usage, 3 refused by the robot or too late, 4 no answer or no longer heard, 5 the robot stopped itself. However it ends, the\n\
         robots are told to stop."
 )]
 pub struct Console {
@@ -104,12 +104,8 @@ impl Console {
             return self.without_screen(&mut engine);
         }
         let options = ScreenOptions::detect(self.no_color, self.ascii);
-        screen::run(&mut engine, &options)?;
-        warn_of_recording(&engine);
-        if let Some(recording) = &engine.model().recording {
-            eprintln!("recorded: {}", recording.path.display());
-        }
-        Ok(ExitCode::SUCCESS)
+        let ended = screen::run(&mut engine, &options).map(|()| ExitCode::SUCCESS);
+        conclude(&engine, ended.map_err(Failure::from))
     }
 
     /// The port, and the keys of the robots behind it.
@@ -147,14 +143,8 @@ impl Console {
             .wrap_err("Ctrl-C cannot be caught, so no motor is started")?;
         let ended = self.run_commands(engine, &|| cancelled.load(Ordering::Relaxed));
         engine.finish();
-        warn_of_recording(engine);
-        if let Some(recording) = &engine.model().recording {
-            eprintln!("recorded: {}", recording.path.display());
-        }
-        if cancelled.load(Ordering::Relaxed) {
-            return Err(Failure::Failed(miette!("stopped on request")));
-        }
-        ended
+        let ended = if cancelled.load(Ordering::Relaxed) { Err(miette!("stopped on request").into()) } else { ended };
+        conclude(engine, ended)
     }
 
     fn run_commands(&self, engine: &mut Engine<SerialLine>, cancelled: &dyn Fn() -> bool) -> Result<ExitCode, Failure> {
@@ -290,9 +280,22 @@ fn parts(text: &str) -> Vec<String> {
     parts
 }
 
-fn warn_of_recording(engine: &Engine<SerialLine>) {
-    if let Some(why) = engine.model().recording.as_ref().and_then(|recording| recording.failed.as_ref()) {
-        eprintln!("warning: not everything was recorded: {why}");
+/// Says where everything is recorded. If not all of it is, the console has not done what it was asked for; what went wrong
+/// with a robot goes before that.
+fn conclude(engine: &Engine<SerialLine>, ended: Result<ExitCode, Failure>) -> Result<ExitCode, Failure> {
+    let Some(recording) = &engine.model().recording else { return ended };
+    say(&format!("recorded: {}", recording.path.display()));
+    let Some(why) = &recording.failed else { return ended };
+    match ended {
+        Ok(ExitCode::SUCCESS) => Err(miette!(
+            help = "see to the disk, or choose another directory with --out; the next console begins a new file",
+            "not everything was recorded: {why}"
+        )
+        .into()),
+        other => {
+            say(&format!("warning: not everything was recorded: {why}"));
+            other
+        }
     }
 }
 

@@ -12,7 +12,7 @@ use scram::diagnose::{Diagnosis, Options, Progress, diagnose, extend};
 use scram::recording::{Loaded, ReadOptions, Recording};
 use scram::report::{About, html};
 
-use super::{Common, Done, Failure, print, print_json, table};
+use super::{Common, Done, Failure, print, print_json, say, table};
 
 /// Samples that make a few rollouts; a run below this cannot be judged.
 const FEWEST_SAMPLES: usize = 20;
@@ -104,7 +104,7 @@ impl Diagnose {
             let names = loaded.iter().map(|l| l.recording.path.display().to_string());
             names.collect::<Vec<_>>().join(", ")
         };
-        eprintln!("fitting on {}; judging on {}", names(&runs), names(&held_out));
+        say(&format!("fitting on {}; judging on {}", names(&runs), names(&held_out)));
         let recordings = |loaded: Vec<Loaded>| loaded.into_iter().map(|l| l.recording).collect();
         Ok((recordings(runs), recordings(held_out)))
     }

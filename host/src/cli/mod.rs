@@ -24,7 +24,7 @@ use description::Robot;
 use description::atomic::write_atomically;
 use description::edit::Document;
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
-use scram::recording::{Loaded, ReadOptions, check_rig, load_with};
+use scram::recording::{Loaded, ReadOptions, RecordingError, check_rig, is_disk_full, load_with};
 
 /// Simulates, designs, identifies and diagnoses a miniature robot with one actuator.
 #[derive(Parser)]
@@ -114,11 +114,11 @@ pub fn run() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Usage(report)) => {
-            eprintln!("{report:?}");
+            say(&format!("{report:?}"));
             ExitCode::from(2)
         }
         Err(Failure::Failed(report)) => {
-            eprintln!("{report:?}");
+            say(&format!("{report:?}"));
             ExitCode::FAILURE
         }
     }
@@ -134,7 +134,7 @@ impl Common {
     fn recording(&self, path: &Path, robot: &Robot, options: &ReadOptions) -> Result<Loaded, Report> {
         let loaded = load_with(path, options)?;
         for note in &loaded.notes {
-            eprintln!("{}: {note}", path.display());
+            say(&format!("{}: {note}", path.display()));
         }
         check_rig(&loaded, robot)?;
         Ok(loaded)
@@ -168,9 +168,10 @@ impl Common {
 
 /// Writes a text, whole or not at all.
 fn write(path: &Path, text: &str) -> Result<(), Report> {
-    write_atomically::<std::io::Error>(path, |w| std::io::Write::write_all(w, text.as_bytes()))
-        .into_diagnostic()
-        .wrap_err_with(|| format!("{} cannot be written", path.display()))
+    match write_atomically::<std::io::Error>(path, |w| std::io::Write::write_all(w, text.as_bytes())) {
+        Err(error) if is_disk_full(&error) => Err(RecordingError::io(path, error).into()),
+        written => written.into_diagnostic().wrap_err_with(|| format!("{} cannot be written", path.display())),
+    }
 }
 
 /// Reads a robot file.
@@ -195,6 +196,12 @@ fn same_file(a: &Path, b: &Path) -> bool {
 fn print(text: &str) {
     use std::io::Write;
     let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Says something on stderr. A terminal that is gone is no error: whatever it ended goes on to its orderly end.
+fn say(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// One JSON object.

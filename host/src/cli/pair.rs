@@ -7,7 +7,7 @@ use clap::Args;
 use miette::{Report, miette};
 use scram::link::{self, Cabled, Keys, KeysError, LinkError, SerialLine};
 
-use super::{Done, print, print_json};
+use super::{Done, print, print_json, say};
 
 /// A board that was just restarted by opening its port needs a second to boot.
 const PATIENCE: Duration = Duration::from_secs(4);
@@ -78,18 +78,18 @@ impl Pair {
             Err(KeysError::NoFile { .. }) => Keys::generate().map_err(Report::from)?,
             keys => keys.map_err(Report::from)?,
         };
-        eprintln!("1/3  Looking for the dongle on {dongle}");
+        say(&format!("1/3  Looking for the dongle on {dongle}"));
         let line = SerialLine::open(dongle).map_err(Report::from)?;
         let console = link::dongle_address(line, PATIENCE).map_err(Report::from)?;
-        eprintln!("     dongle {}", link::address(&console));
-        eprintln!("2/3  Looking for the robot on {port}");
+        say(&format!("     dongle {}", link::address(&console)));
+        say(&format!("2/3  Looking for the robot on {port}"));
         let robot = cabled(port)?;
-        eprintln!("     {} at {}, {}", robot.name, link::address(&robot.address), obeys(robot.console.as_ref()));
+        say(&format!("     {} at {}, {}", robot.name, link::address(&robot.address), obeys(robot.console.as_ref())));
         let before = keys.clone();
         let known = keys.pair(&robot.name, robot.address, console).map_err(Report::from)?.clone();
         // First here: keys that only the robot has would be of no use.
         keys.save(&path).map_err(Report::from)?;
-        eprintln!("3/3  Giving it its keys");
+        say("3/3  Giving it its keys");
         if let Err(error) = robot.pair(&known.pairing) {
             if matches!(error, LinkError::NotPaired { .. }) {
                 // It says that it obeys whom it obeyed before.

@@ -8,13 +8,14 @@ use miette::{Report, miette};
 use scram::plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots};
 use scram::recording::{Metadata, write_csv_run, write_mcap_run};
 use scram::sim::{
-    self, ClampedMetrics, Drive, DriveError, FaultReport, Metrics, Order, Plan, Scheduled, Trace, Walk, WalkMetrics,
+    self, Break, ClampedMetrics, Drive, DriveError, FaultReport, Metrics, Order, Plan, Promise, Scheduled, Trace, Walk,
+    WalkMetrics,
 };
 use serde::Serialize;
 
 use super::hil::OnChip;
 use super::walk::{self, Ground};
-use super::{Common, Done, Failure, print, print_json, table};
+use super::{Common, Done, Failure, print, print_json, say, table};
 
 /// Longest run, s: everything of a run is held in memory.
 const LONGEST_S: f64 = 600.0;
@@ -50,7 +51,7 @@ pub struct Run {
     #[arg(long, value_parser = seconds)]
     seconds: Option<f64>,
     /// What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5
-    #[arg(long, default_value = "", hide_default_value = true)]
+    #[arg(long, default_value = "", hide_default_value = true, help = faults_help())]
     faults: String,
     #[command(flatten)]
     pub ground: Ground,
@@ -120,8 +121,8 @@ impl Run {
             DriveError::Drive { .. } => Failure::Usage(e.into()),
             DriveError::Script { .. } | DriveError::Io { .. } => Failure::Failed(e.into()),
         })?;
-        let faults = Scheduled::parse_list(&self.faults).map_err(|e| Failure::Usage(e.into()))?;
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
+        let faults = Scheduled::parse_list_within(&self.faults, seconds).map_err(|e| Failure::Usage(e.into()))?;
         let mut robot = self.common.robot()?;
         let walks = self.ground.prepare(&mut robot)?;
         Ok(Task { robot, plan: Plan { drive, seconds, faults }, walks })
@@ -219,7 +220,7 @@ fn warn_older(out: &Path, files: &[PathBuf]) {
     let others = plots.chain([walk::TRACK.to_owned()]).filter(|name| !files.contains(&out.join(name)));
     let older: Vec<String> = others.filter(|name| out.join(name).exists()).collect();
     if !older.is_empty() {
-        eprintln!("warning: not of this run, but in {}: {}", out.display(), older.join(", "));
+        say(&format!("warning: not of this run, but in {}: {}", out.display(), older.join(", ")));
     }
 }
 
@@ -237,17 +238,46 @@ fn refusals(trace: &Trace) -> impl Iterator<Item = String> + '_ {
     })
 }
 
+fn faults_help() -> String {
+    let names = |promise| Break::names(promise).join(", ");
+    format!(
+        "What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5. The supervisor finds {}. \
+         A held speed bears {}. Nothing is made to find {}",
+        names(Promise::Found),
+        names(Promise::Borne),
+        names(Promise::NotFound)
+    )
+}
+
 fn fault_line(fault: &FaultReport) -> String {
     let off = match fault.bridge_off_after_s {
-        Some(0.0) => "the bridge was off already".to_owned(),
+        Some(0.0) if !fault.bridge_was_on => "the bridge was off already".to_owned(),
+        Some(0.0) => "bridge off in the same tick".to_owned(),
         Some(after) => format!("bridge off {:.0} ms later", after * 1e3),
         None => "the bridge stays on".to_owned(),
     };
     let cause = fault.cause.as_deref().unwrap_or("not noticed");
     match &fault.injected {
-        Some(injected) => format!("fault at {:.3} s: {injected}: {cause}, {off}", fault.at_s),
+        Some(injected) => {
+            let line = format!("fault at {:.3} s: {injected}: {cause}, {off}", fault.at_s);
+            unnoticed(fault, injected).map_or(line.clone(), |more| format!("{line}; {more}"))
+        }
         None => format!("fault at {:.3} s: {cause}, {off}", fault.at_s),
     }
+}
+
+/// Of a fault that the supervisor said nothing about: what it has done to the estimate, and whether it was to be found.
+fn unnoticed(fault: &FaultReport, injected: &str) -> Option<String> {
+    if fault.cause.is_some() || fault.bridge_off_after_s == Some(0.0) && !fault.bridge_was_on {
+        return None;
+    }
+    let promise = match Break::all().find(|what| what.name() == injected)?.promise() {
+        Promise::Found => "the supervisor is to find it: was there time?",
+        Promise::Borne => "a held speed is to bear it",
+        Promise::NotFound => "nothing is made to find it",
+    };
+    let error = fault.estimate_rms_deg.map(|deg| format!("estimate off by {deg:.1}° RMS since; "));
+    Some(error.unwrap_or_default() + promise)
 }
 
 /// One row an order.
@@ -306,4 +336,29 @@ fn happened<'a>(trace: &Trace, m: &Metrics) -> Vec<(&'a str, String)> {
     rows.push(("current, peak / RMS", format!("{peak:.0} / {mean:.0} mA")));
     rows.push(("energy taken by the bridge", format!("{:.2} J", m.energy_j)));
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bridge_that_was_on_until_the_tick_of_the_fault_was_not_off_already() {
+        let fault = |was_on, after| FaultReport {
+            cause: Some("Stall".into()),
+            injected: None,
+            at_s: 0.211,
+            bridge_off_after_s: after,
+            bridge_was_on: was_on,
+            estimate_rms_deg: None,
+        };
+        for (was_on, after, said) in [
+            (true, Some(0.0), "bridge off in the same tick"),
+            (false, Some(0.0), "the bridge was off already"),
+            (true, Some(0.25), "bridge off 250 ms later"),
+            (true, None, "the bridge stays on"),
+        ] {
+            assert_eq!(fault_line(&fault(was_on, after)), format!("fault at 0.211 s: Stall, {said}"));
+        }
+    }
 }

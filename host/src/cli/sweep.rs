@@ -16,7 +16,7 @@ use scram::sweep::{
 use serde::Serialize;
 use words::{Bar, claim_text, robustness_table, search_text, speeds_table, warn_notes, warn_unmatched};
 
-use super::{Common, Done, Failure, print, print_json};
+use super::{Common, Done, Failure, print, print_json, say};
 
 /// Longest run, s.
 const LONGEST_S: f64 = 600.0;
@@ -206,7 +206,7 @@ impl Sweep {
             Ok(lock) => Ok(Some(lock)),
             Err(busy @ LockError::Busy { .. }) => Err(busy.into()),
             Err(unavailable) => {
-                eprintln!("warning: {unavailable}; run no other sweep there");
+                say(&format!("warning: {unavailable}; run no other sweep there"));
                 Ok(None)
             }
         }
@@ -221,7 +221,7 @@ impl Sweep {
             .map_err(failure)?;
         bar.end();
         if swept.resumed > 0 {
-            eprintln!("{} of {} runs were in {} already", swept.resumed, swept.runs.len(), swept.file.display());
+            say(&format!("{} of {} runs were in {} already", swept.resumed, swept.runs.len(), swept.file.display()));
         }
         Ok((swept, lock))
     }
@@ -236,7 +236,7 @@ impl Sweep {
             )));
         }
         for warning in workshop.check(&axes).map_err(|error| Failure::Usage(error.into()))? {
-            eprintln!("warning: {warning}");
+            say(&format!("warning: {warning}"));
         }
         // Paths are worth a picture where frequency and α are all that varies.
         let paths = axes.iter().all(|axis| matches!(axis.what, What::Frequency | What::Alpha));

@@ -71,7 +71,7 @@ pub struct RobotModel {
     pub fault: Option<Fault>,
     /// An angle has been acquired.
     pub tracking: bool,
-    /// What it was told last, as typed.
+    /// The order that it follows, as typed: the last one that drives and that it has done.
     pub target: Option<String>,
     /// Cell, V.
     pub battery_v: Option<f64>,

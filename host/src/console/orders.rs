@@ -75,11 +75,7 @@ impl<L: Line> Engine<L> {
         let text = text.to_owned();
         match command {
             Command::Drive(order) => {
-                let text = order.to_string();
-                if let Some(robot) = self.model.robots.get_mut(robot) {
-                    robot.target = order.command().event().drives().then(|| text.clone());
-                }
-                self.order(robot, What::Command(order.command()), text, Why::Asked);
+                self.order(robot, What::Command(order.command()), order.to_string(), Why::Asked);
             }
             Command::Get(index) => self.order(robot, What::Get(*index), text, Why::Asked),
             Command::Set(index, value) => {
@@ -130,10 +126,8 @@ impl<L: Line> Engine<L> {
         }
         self.record_event(Some(robot.0), &diary::answer(outcome));
         self.tell(robot.0, &text, what, outcome, value);
+        self.follow(robot.0, what, outcome, &text);
         if !matches!(outcome, Outcome::Done(_)) {
-            if matches!(what, What::Command(_)) {
-                self.model.robots[robot.0].target = None;
-            }
             self.end_program("a command of it was not done");
         }
         let parameter = match what {
@@ -141,6 +135,21 @@ impl<L: Line> Engine<L> {
             _ => None,
         };
         self.reply(Reply { robot: robot.0, text, outcome: Ok(outcome), parameter });
+    }
+
+    /// What the robot does now: an order that it did not do leaves it at what it did before.
+    fn follow(&mut self, robot: usize, what: What, outcome: Outcome, text: &str) {
+        let Some(shown) = self.model.robots.get_mut(robot) else { return };
+        match (what, outcome) {
+            // In any state but `FAULT`, where there is no target, it changes nothing.
+            (What::Command(Control::ClearFault), _) => {}
+            (What::Command(command), Outcome::Done(_)) => {
+                shown.target = command.event().drives().then(|| text.to_owned());
+            }
+            // The session stops it, or did before.
+            (_, Outcome::Unanswered | Outcome::Overtaken | Outcome::Absent) => shown.target = None,
+            (_, Outcome::Done(_) | Outcome::Refused(_) | Outcome::TooLate) => {}
+        }
     }
 
     fn keep_undo(&mut self, robot: RobotId, why: Why, value: Option<Value>) {

@@ -408,7 +408,12 @@ impl Robot {
         };
         let mut buffer = [0; LONGEST];
         // An order has some forty bytes, and a session does not last for years.
-        let (frame, counter) = talk.sealer.seal(&order, &mut buffer).ok()?;
+        let sealed = if to == super::BROADCAST {
+            talk.sealer.seal_to_all(&order, &mut buffer)
+        } else {
+            talk.sealer.seal(&order, &mut buffer)
+        };
+        let (frame, counter) = sealed.ok()?;
         if let (Some(stop), ToRobot::Stop) = (&mut self.stop, order) {
             stop.first.get_or_insert(counter);
         }

@@ -150,9 +150,18 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
     },
+    /// There is no room for it.
+    #[error("{}: the disk is full: {kept}", path.display())]
+    #[diagnostic(help("make room on the disk, or choose another one with --out"))]
+    DiskFull {
+        /// The file.
+        path: PathBuf,
+        /// What there is of it.
+        kept: Left,
+    },
     /// A recording that grew cannot go on.
     #[error("{}: the recording has stopped: {why}", path.display())]
-    #[diagnostic(help("what was recorded until then is readable; make room on the disk and begin a new recording"))]
+    #[diagnostic(help("what was recorded until then is readable; begin a new recording once that is mended"))]
     Stopped {
         /// The file.
         path: PathBuf,
@@ -192,8 +201,37 @@ pub enum RecordingError {
     },
 }
 
+/// What a full disk has left of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Left {
+    /// It is written whole or not at all.
+    Before,
+    /// It grew.
+    Beginning,
+}
+
+impl std::fmt::Display for Left {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Before => "nothing of it is kept, and what was there before is as it was",
+            Self::Beginning => "what was recorded until then is kept and can be read, nothing after it is",
+        })
+    }
+}
+
+/// Whether there is no room left, on the disk or for this user.
+#[must_use]
+pub fn is_disk_full(error: &std::io::Error) -> bool {
+    matches!(error.kind(), std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded)
+}
+
 impl RecordingError {
-    pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
+    /// Why a file that is whole or not there could not be read or written.
+    #[must_use]
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        if is_disk_full(&source) {
+            return Self::DiskFull { path: path.to_owned(), kept: Left::Before };
+        }
         Self::Io { path: path.to_owned(), source }
     }
 }

@@ -62,7 +62,7 @@ pub fn write_mcap_run(
         .map_err(|e| RecordingError::io(path, e))
 }
 
-fn into_io(error: mcap::McapError) -> std::io::Error {
+pub(super) fn into_io(error: mcap::McapError) -> std::io::Error {
     match error {
         mcap::McapError::Io(source) => source,
         other => std::io::Error::other(other),

@@ -9,12 +9,14 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use description::atomic::sync_directory;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::mcap_write::METADATA_NAME;
+use super::error::{Left, is_disk_full};
+use super::mcap_write::{METADATA_NAME, into_io};
 use super::schema::{event_schema, link_schema, sample_schema, state_schema};
 use super::sink::Sink;
 use super::telemetry::At;
@@ -58,7 +60,35 @@ pub struct SessionRecorder {
     /// Of messages, for viewers; comes round.
     sequence: u32,
     /// Why nothing is recorded any more.
-    stopped: Option<String>,
+    stopped: Option<Why>,
+}
+
+/// Why a recording stops.
+#[derive(Clone, Debug, PartialEq)]
+enum Why {
+    DiskFull,
+    Other(String),
+}
+
+impl Why {
+    fn of(error: &std::io::Error) -> Self {
+        if is_disk_full(error) { Self::DiskFull } else { Self::Other(error.to_string()) }
+    }
+
+    fn at(&self, path: &Path) -> RecordingError {
+        let path = path.to_owned();
+        match self {
+            Self::DiskFull => RecordingError::DiskFull { path, kept: Left::Beginning },
+            Self::Other(why) => RecordingError::Stopped { path, why: why.clone() },
+        }
+    }
+}
+
+/// `mcap` says of every error of the file that it is one "from writing, or reading a compression stream".
+impl From<mcap::McapError> for Why {
+    fn from(error: mcap::McapError) -> Self {
+        Self::of(&into_io(error))
+    }
 }
 
 /// `/NAME/sample`: only what changes with every tick, under the names of the columns.
@@ -84,14 +114,22 @@ impl SessionRecorder {
     /// The file is there already, or cannot be written.
     pub fn create(path: &Path, metadata: &Metadata) -> Result<Self, RecordingError> {
         let toml = metadata.to_toml(path)?;
-        if let Some(directory) = path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
-            std::fs::create_dir_all(directory).map_err(|e| RecordingError::io(directory, e))?;
-        }
+        let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        std::fs::create_dir_all(directory).map_err(|e| RecordingError::io(directory, e))?;
         let file = File::options().write(true).create_new(true).open(path).map_err(|e| match e.kind() {
             std::io::ErrorKind::AlreadyExists => RecordingError::Exists { path: path.to_owned() },
             _ => RecordingError::io(path, e),
         })?;
-        Self::begin(file, path, toml).map_err(|e| stopped(path, &e.to_string()))
+        // Its end is on disk when it is finished; so shall its name be.
+        sync_directory(directory).map_err(|e| RecordingError::io(directory, e))?;
+        Self::begin(file, path, toml).map_err(|e| {
+            // It holds no row. Where it cannot be removed, it is there and empty.
+            let _ = std::fs::remove_file(path);
+            match Why::from(e) {
+                Why::DiskFull => RecordingError::DiskFull { path: path.to_owned(), kept: Left::Before },
+                other => other.at(path),
+            }
+        })
     }
 
     fn begin(file: File, path: &Path, toml: String) -> mcap::McapResult<Self> {
@@ -136,7 +174,7 @@ impl SessionRecorder {
         self.is_going_on()?;
         let unique = self.unique(name);
         let added = self.add(name, unique);
-        let robot = added.map_err(|e| self.stop(&e.to_string()))?;
+        let robot = added.map_err(|e| self.stop(e))?;
         self.robots.push(robot);
         self.flush()?;
         Ok(RobotChannel(self.robots.len() - 1))
@@ -220,7 +258,7 @@ impl SessionRecorder {
     pub fn flush(&mut self) -> Result<(), RecordingError> {
         self.is_going_on()?;
         self.waiting = 0;
-        self.writer.flush().map_err(|e| self.stop(&e.to_string()))
+        self.writer.flush().map_err(|e| self.stop(e))
     }
 
     /// Writes the end and waits until all of it is on the disk.
@@ -229,31 +267,31 @@ impl SessionRecorder {
     /// As [`SessionRecorder::flush`].
     pub fn finish(mut self) -> Result<(), RecordingError> {
         self.flush()?;
-        self.writer.finish().map_err(|e| self.stop(&e.to_string()))?;
-        self.writer.into_inner().into_inner().sync().map_err(|e| stopped(&self.path, &e.to_string()))
+        self.writer.finish().map_err(|e| self.stop(e))?;
+        self.writer.into_inner().into_inner().sync().map_err(|e| Why::of(&e).at(&self.path))
     }
 
     fn write(&mut self, channel_id: u16, t_s: f64, message: &impl Serialize) -> Result<(), RecordingError> {
         self.message.clear();
         let text = serde_json::to_writer(&mut self.message, message);
-        text.map_err(|e| self.stop(&e.to_string()))?;
+        text.map_err(|e| self.stop(Why::Other(e.to_string())))?;
         self.sequence = self.sequence.wrapping_add(1);
         // Saturates: a time that is no number is still in the file.
         let log_time = (t_s * 1e9).round() as u64;
         let header = MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
         let written = self.writer.write_to_known_channel(&header, &self.message);
-        written.map_err(|e| self.stop(&e.to_string()))?;
+        written.map_err(|e| self.stop(e))?;
         self.waiting += self.message.len();
         if self.waiting > MOST_WAITING { self.flush() } else { Ok(()) }
     }
 
     fn is_going_on(&self) -> Result<(), RecordingError> {
-        self.stopped.as_ref().map_or(Ok(()), |why| Err(stopped(&self.path, why)))
+        self.stopped.as_ref().map_or(Ok(()), |why| Err(why.at(&self.path)))
     }
 
-    fn stop(&mut self, why: &str) -> RecordingError {
-        let why = self.stopped.get_or_insert_with(|| why.to_owned());
-        stopped(&self.path, why)
+    /// The first reason stays.
+    fn stop(&mut self, why: impl Into<Why>) -> RecordingError {
+        self.stopped.get_or_insert_with(|| why.into()).at(&self.path)
     }
 
     fn known(&mut self, robot: RobotChannel) -> Result<&mut Robot, RecordingError> {
@@ -287,10 +325,6 @@ impl SessionRecorder {
     }
 }
 
-fn stopped(path: &Path, why: &str) -> RecordingError {
-    RecordingError::Stopped { path: path.to_owned(), why: why.to_owned() }
-}
-
 fn channel<W: std::io::Write + std::io::Seek>(
     writer: &mut mcap::Writer<W>,
     topic: &str,
@@ -300,4 +334,36 @@ fn channel<W: std::io::Write + std::io::Seek>(
 ) -> mcap::McapResult<u16> {
     let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
     writer.add_channel(schema, topic, "json", about)
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    /// On a device that is always full.
+    fn recorder() -> mcap::McapResult<SessionRecorder> {
+        let file = File::options().write(true).open("/dev/full")?;
+        SessionRecorder::begin(file, Path::new("out/session.mcap"), String::new())
+    }
+
+    #[test]
+    fn a_full_disk_is_called_so() {
+        assert_eq!(recorder().err().map(Why::from), Some(Why::DiskFull));
+        let said = Why::DiskFull.at(Path::new("out/session.mcap")).to_string();
+        assert!(said.starts_with("out/session.mcap: the disk is full: what was recorded until then is kept"), "{said}");
+        let quota = std::io::Error::from(std::io::ErrorKind::QuotaExceeded);
+        assert_eq!(Why::from(mcap::McapError::Io(quota)), Why::DiskFull);
+    }
+
+    #[test]
+    fn the_first_reason_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let mut recorder =
+            SessionRecorder::create(&directory.path().join("session.mcap"), &Metadata::default()).unwrap();
+        let full = mcap::McapError::Io(std::io::ErrorKind::StorageFull.into());
+        for why in [Why::from(full), Why::Other("an earlier write failed".into())] {
+            assert!(matches!(recorder.stop(why), RecordingError::DiskFull { .. }));
+        }
+        assert!(matches!(recorder.flush(), Err(RecordingError::DiskFull { .. })));
+    }
 }

@@ -2,6 +2,19 @@
 
 use hal_sim::Fault;
 
+/// What the supervisor makes of a break. `cargo figures --only faults` measures each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Promise {
+    /// It ends with the bridge off within the bound of its trigger.
+    Found,
+    /// A held speed goes on with an estimate that is good enough to drive with; swings and moves may end under the name of
+    /// another fault.
+    Borne,
+    /// No trigger is made for it: the estimate is wrong while the bridge stays on, until another trigger ends it, if one
+    /// does. The motor is no more loaded than by an order.
+    NotFound,
+}
+
 /// What can break.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Break {
@@ -51,6 +64,38 @@ impl Break {
         }
     }
 
+    /// Every break.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Fault::ALL.into_iter().map(Self::Robot).chain([Self::Link])
+    }
+
+    /// What the supervisor makes of it.
+    #[must_use]
+    pub fn promise(self) -> Promise {
+        match self {
+            Self::Robot(Fault::SensorNoisy { .. }) => Promise::Borne,
+            Self::Robot(Fault::SensorDrifting { .. } | Fault::AdcSaturated { .. }) => Promise::NotFound,
+            Self::Robot(
+                Fault::SensorOpen
+                | Fault::SensorShortLow
+                | Fault::SensorShortHigh
+                | Fault::SensorFrozen
+                | Fault::Stalled
+                | Fault::MotorReversed
+                | Fault::MotorOpen
+                | Fault::BatteryLow { .. }
+                | Fault::RailLow { .. },
+            )
+            | Self::Link => Promise::Found,
+        }
+    }
+
+    /// The names of every break with a promise.
+    #[must_use]
+    pub fn names(promise: Promise) -> Vec<&'static str> {
+        Self::all().filter(|what| what.promise() == promise).map(Self::name).collect()
+    }
+
     fn from_name(name: &str) -> Option<Self> {
         if name == LINK_LOST {
             return Some(Self::Link);
@@ -69,19 +114,34 @@ impl Scheduled {
         text.split(',').map(str::trim).filter(|entry| !entry.is_empty()).map(Self::parse).collect()
     }
 
-    fn parse(text: &str) -> Result<Self, FaultError> {
-        let wrong = |problem: String| {
-            let mut names: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
-            names.push(LINK_LOST);
-            FaultError { text: text.to_owned(), problem, names: names.join(", ") }
-        };
-        let (name, at) = text.split_once('@').ok_or_else(|| wrong("no `@SECONDS`".into()))?;
-        let what = Break::from_name(name.trim()).ok_or_else(|| wrong(format!("no fault `{}`", name.trim())))?;
-        match at.trim().parse::<f64>() {
-            Ok(at_s) if at_s.is_finite() && at_s >= 0.0 => Ok(Self { at_s, what }),
-            _ => Err(wrong(format!("`{}` is not a time in seconds", at.trim()))),
+    /// The same, for a run of so many seconds: what would break after its end is a mistake.
+    ///
+    /// # Errors
+    /// As [`Scheduled::parse_list`], and a fault that never comes.
+    pub fn parse_list_within(text: &str, seconds: f64) -> Result<Vec<Self>, FaultError> {
+        let list = Self::parse_list(text)?;
+        match list.iter().find(|scheduled| scheduled.at_s >= seconds) {
+            None => Ok(list),
+            Some(late) => Err(wrong(
+                &format!("{}@{}", late.what.name(), late.at_s),
+                format!("it would never come, for the run ends at {seconds} s: --seconds makes it longer"),
+            )),
         }
     }
+
+    fn parse(text: &str) -> Result<Self, FaultError> {
+        let (name, at) = text.split_once('@').ok_or_else(|| wrong(text, "no `@SECONDS`".into()))?;
+        let what = Break::from_name(name.trim()).ok_or_else(|| wrong(text, format!("no fault `{}`", name.trim())))?;
+        match at.trim().parse::<f64>() {
+            Ok(at_s) if at_s.is_finite() && at_s >= 0.0 => Ok(Self { at_s, what }),
+            _ => Err(wrong(text, format!("`{}` is not a time in seconds", at.trim()))),
+        }
+    }
+}
+
+fn wrong(text: &str, problem: String) -> FaultError {
+    let names: Vec<&str> = Break::all().map(Break::name).collect();
+    FaultError { text: text.to_owned(), problem, names: names.join(", ") }
 }
 
 #[cfg(test)]
@@ -100,5 +160,21 @@ mod tests {
         for wrong in ["stall", "stall@", "stall@x", "stall@-1", "fire@1"] {
             assert!(Scheduled::parse_list(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_fault_after_the_end_of_the_run_is_a_mistake() {
+        assert_eq!(Scheduled::parse_list_within("stall@1.9,link-lost@0", 2.0).unwrap().len(), 2);
+        for late in ["stall@2", "link-lost@0.5,stall@100"] {
+            let said = Scheduled::parse_list_within(late, 2.0).unwrap_err().to_string();
+            assert!(said.contains("fault `stalled@") && said.contains("the run ends at 2 s"), "{said}");
+        }
+    }
+
+    #[test]
+    fn every_break_is_promised_one_thing() {
+        let promised = [Promise::Found, Promise::Borne, Promise::NotFound].map(Break::names);
+        assert_eq!(promised.iter().map(Vec::len).sum::<usize>(), Break::all().count());
+        assert_eq!(promised[1..], [vec!["sensor-noisy"], vec!["sensor-drifting", "adc-saturated"]]);
     }
 }

@@ -23,6 +23,11 @@ pub struct FaultReport {
     pub at_s: f64,
     /// From then until the bridge was off for good, s; null while it is on.
     pub bridge_off_after_s: Option<f64>,
+    /// The bridge was on in the tick before: without that it was off already.
+    pub bridge_was_on: bool,
+    /// Estimated against true angle from then until the supervisor stepped in or the run ended, RMS; null where the
+    /// controller knew no angle.
+    pub estimate_rms_deg: Option<f64>,
 }
 
 /// The figures of a run. Times in s from the beginning of the order, degrees, Hz with the thesis's sign.
@@ -205,19 +210,38 @@ fn fault_reports(trace: &Trace) -> Vec<FaultReport> {
             let cause = found.map(|at| begins.remove(at).1);
             let off = trace.ticks.iter().rposition(|t| t.actuation.enable).map_or(0, |on| on + 1);
             let off_s = trace.ticks.get(off).map(|t| (t.time_s - scheduled.at_s).max(0.0));
+            let from = trace.ticks.partition_point(|t| t.time_s < scheduled.at_s);
             FaultReport {
                 cause,
                 injected: Some(scheduled.what.name().to_owned()),
                 at_s: scheduled.at_s,
                 bridge_off_after_s: off_s,
+                bridge_was_on: was_on(trace, from),
+                estimate_rms_deg: estimate_since(&trace.ticks[from..]),
             }
         })
         .collect();
     for (index, cause) in begins {
         let at_s = trace.ticks[index].time_s;
         let off = trace.ticks[index..].iter().find(|t| !t.actuation.enable).map(|t| t.time_s - at_s);
-        reports.push(FaultReport { cause: Some(cause), injected: None, at_s, bridge_off_after_s: off });
+        reports.push(FaultReport {
+            cause: Some(cause),
+            injected: None,
+            at_s,
+            bridge_off_after_s: off,
+            bridge_was_on: was_on(trace, index),
+            estimate_rms_deg: None,
+        });
     }
     reports.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     reports
+}
+
+fn was_on(trace: &Trace, tick: usize) -> bool {
+    tick.checked_sub(1).is_some_and(|before| trace.ticks[before].actuation.enable)
+}
+
+fn estimate_since(ticks: &[Tick]) -> Option<f64> {
+    let end = ticks.iter().position(|tick| tick.telemetry.fault.is_some()).unwrap_or(ticks.len());
+    estimate_rms(&ticks[..end], |_| true)
 }

@@ -26,7 +26,7 @@ pub use clamped_metrics::{ClampedMetrics, clamped_metrics};
 pub use decide::Decide;
 pub use drive::{Drive, DriveError, Order, Step};
 pub use export::{extra_columns, recording, run_log};
-pub use faults::{Break, FaultError, Scheduled};
+pub use faults::{Break, FaultError, Promise, Scheduled};
 pub use ground::{OnGround, Walk};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use strokes::{RUNAWAY_DEG, Strokes};

@@ -55,6 +55,21 @@ pub fn fails(directory: &Path, words: &str, code: i32, says: &[&str]) {
     assert!(!directory.join("out").exists(), "{words} left something in out/");
 }
 
+/// A shell that runs a script with a disk of a size (`64k`) mounted on a directory, which the script finds in `TINY`; its
+/// words follow. In a namespace of its own: nobody else sees the disk, and it goes with the shell. Nothing where this user
+/// may not do that.
+#[cfg(target_os = "linux")]
+pub fn on_a_disk_of(directory: &Path, size: &str, script: &str) -> Option<Command> {
+    let shell = |script: &str| {
+        let mount = "mount -t tmpfs -o size=\"$SIZE\" none \"$TINY\" || exit 99";
+        let mut command = Command::new("unshare");
+        command.args(["--map-root-user", "--mount", "sh", "-c", &format!("{mount}\n{script}"), "sh"]);
+        command.env("TINY", directory).env("SIZE", size);
+        command
+    };
+    shell("exit 0").status().is_ok_and(|status| status.success()).then(|| shell(script))
+}
+
 pub fn temporary() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }

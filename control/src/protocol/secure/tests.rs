@@ -116,6 +116,62 @@ fn a_call_that_is_repeated_gets_the_same_answer() {
     assert_eq!(ear.hear::<u32>(&caller.hello(), || nonce(3)), first);
 }
 
+/// Somebody who has recorded hellos plays them all back while a console begins.
+#[test]
+fn replayed_hellos_keep_no_console_from_beginning() {
+    let mut ear = ear();
+    let recorded: Vec<_> = (100..200).map(|number| Caller::new(KEY, nonce(number)).hello()).collect();
+    for begun in 0..3 {
+        let caller = Caller::new(KEY, nonce(begun));
+        let replay = |ear: &mut Ear| {
+            for hello in &recorded {
+                assert!(matches!(ear.hear::<u32>(hello, || nonce(50 + begun)), Ok(Heard::Hello(_))));
+            }
+        };
+        replay(&mut ear);
+        let Ok(Heard::<u32>::Hello(welcome)) = ear.hear(&caller.hello(), || nonce(50 + begun)) else {
+            panic!("welcome")
+        };
+        replay(&mut ear);
+        let (mut sealer, _) = caller.welcomed(&welcome).expect("the answer to this call");
+        assert_eq!(hear(&mut ear, &seal(&mut sealer, 1)), Ok((1, 0, true)), "session {begun}");
+        replay(&mut ear);
+        assert_eq!(hear(&mut ear, &seal(&mut sealer, 2)), Ok((2, 0, false)), "session {begun}");
+    }
+}
+
+/// A console that has begun anew before its first order came through: what it said before does not count any more.
+#[test]
+fn of_two_calls_with_one_answer_only_the_first_that_orders_begins() {
+    let mut ear = ear();
+    let (mut given_up, _) = session(&mut ear, 1, 2);
+    let held_back = seal(&mut given_up, 1);
+    let (mut sealer, _) = session(&mut ear, 3, 4);
+    assert_eq!(hear(&mut ear, &seal(&mut sealer, 2)), Ok((2, 0, true)));
+    assert_eq!(hear(&mut ear, &held_back), Err(Rejected::Forged));
+    assert_eq!(hear(&mut ear, &seal(&mut sealer, 3)), Ok((3, 0, false)));
+}
+
+#[test]
+fn an_order_to_all_is_one_robots_and_to_the_others_not_forged() {
+    let mut ears = [ear(), Ear::new(Key([8; 32]))];
+    let (mut sealer, _) = session(&mut ears[0], 1, 2);
+    let other = Caller::new(Key([8; 32]), nonce(3));
+    let Ok(Heard::<u32>::Hello(welcome)) = ears[1].hear(&other.hello(), || nonce(4)) else { panic!("welcome") };
+    let (mut others, _) = other.welcomed(&welcome).expect("the answer to this call");
+    assert_eq!(hear(&mut ears[1], &seal(&mut others, 1)), Ok((1, 0, true)));
+    let mut buffer = [0; LONGEST];
+    let (frame, counter) = sealer.seal_to_all(&7_u32, &mut buffer).expect("short");
+    assert_eq!((hear(&mut ears[0], frame), counter), (Ok((7, 0, true)), 0));
+    assert_eq!(hear(&mut ears[0], frame), Err(Rejected::Outdated));
+    assert_eq!(hear(&mut ears[1], frame), Err(Rejected::Misdirected));
+    // As one robot's own it would be forged, and so is one of its own session with a wrong tag.
+    assert_eq!(hear(&mut ears[1], &seal(&mut sealer, 8)), Err(Rejected::Forged));
+    let mut broken = frame.to_vec();
+    broken[frame.len() - 1] ^= 1;
+    assert_eq!(hear(&mut ears[0], &broken), Err(Rejected::Forged));
+}
+
 #[test]
 fn a_welcome_to_another_call_is_outdated_and_a_forged_one_is_rejected() {
     let mut ear = ear();
@@ -144,6 +200,11 @@ fn the_longest_body_fits_and_a_longer_one_is_refused() {
     let body = std::vec![1u8; LONGEST_BODY - 2];
     assert_eq!(sealer.seal(&body.as_slice(), &mut buffer).map(|(frame, _)| frame.len()), Ok(LONGEST));
     let body = std::vec![1u8; LONGEST_BODY - 1];
+    assert_eq!(sealer.seal(&body.as_slice(), &mut buffer), Err(Unsealed::TooLong));
+    let mut sealer = Sealer::console(KEY, nonce(1));
+    let body = std::vec![1u8; LONGEST_BODY - NONCE - 2];
+    assert_eq!(sealer.seal(&body.as_slice(), &mut buffer).map(|(frame, _)| frame.len()), Ok(LONGEST));
+    let body = std::vec![1u8; LONGEST_BODY - NONCE - 1];
     assert_eq!(sealer.seal(&body.as_slice(), &mut buffer), Err(Unsealed::TooLong));
 }
 

@@ -4,6 +4,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scram::sweep::claims::{Number, Verdict};
 use scram::sweep::{Component, Conditions, Found, Measured, Robustness, Stat, Swept, What};
 
+use super::super::say;
 use super::Summary;
 use crate::cli::table;
 
@@ -38,27 +39,27 @@ impl Bar {
 pub fn warn_unmatched(measured: &Measured, conditions: &Conditions) {
     let place = |what: What| conditions.axes.iter().position(|axis| *axis == what);
     let (Some(f), Some(alpha)) = (place(What::Frequency), place(What::Alpha)) else {
-        eprintln!("warning: measured speeds are of f and alpha; this sweep does not vary both, no error map is drawn");
+        say("warning: measured speeds are of f and alpha; this sweep does not vary both, no error map is drawn");
         return;
     };
     let here = |at: &(f64, f64)| conditions.conditions.iter().any(|c| (c.point[f], c.point[alpha]) == *at);
     let missing: Vec<String> =
         measured.conditions().iter().filter(|at| !here(at)).map(|(f, alpha)| format!("{f} Hz at {alpha}°")).collect();
     if !missing.is_empty() {
-        eprintln!("warning: measured, but not in the sweep: {}", missing.join(", "));
+        say(&format!("warning: measured, but not in the sweep: {}", missing.join(", ")));
     }
 }
 
 pub fn warn_notes(swept: &Swept, summary: &Summary) {
     if summary.blown_up > 0 {
         let first = swept.runs.iter().find(|run| run.measures.vx.is_none()).map_or("", |run| run.note.as_str());
-        eprintln!("warning: {} of {} runs have no speeds: {first}", summary.blown_up, summary.runs);
+        say(&format!("warning: {} of {} runs have no speeds: {first}", summary.blown_up, summary.runs));
     }
     let others = summary.notes - summary.blown_up;
     if others > 0 {
         let noted = swept.runs.iter().find(|run| run.measures.vx.is_some() && !run.note.is_empty());
         let first = noted.map_or("", |run| run.note.as_str());
-        eprintln!("warning: {others} of {} runs have a note: {first}", summary.runs);
+        say(&format!("warning: {others} of {} runs have a note: {first}", summary.runs));
     }
 }
 

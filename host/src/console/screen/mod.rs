@@ -16,14 +16,17 @@ mod tests;
 mod text;
 mod view;
 
-use std::io::{self, IsTerminal, stdin, stdout};
+use std::io::{self, IsTerminal, Write, stdin, stdout};
+use std::mem::ManuallyDrop;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use miette::{Diagnostic, Report};
-use ratatui::backend::Backend;
+use ratatui::backend::{Backend, CrosstermBackend};
+use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::event::{self, DisableBracketedPaste, EnableBracketedPaste, Event};
 use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{EnterAlternateScreen, enable_raw_mode};
 use ratatui::{DefaultTerminal, Terminal};
 use thiserror::Error;
 
@@ -95,7 +98,7 @@ pub fn run(console: &mut impl Console, options: &ScreenOptions) -> Result<(), Re
     };
     let history = options.history.as_deref().map(History::load).unwrap_or_default();
     let mut screen = Screen::new(options.look, Prompt::new(history));
-    let ended = turn_round(&mut terminal, console, &mut screen, &mut next_key, &|| signals.asked());
+    let ended = turn_round(&mut *terminal, console, &mut screen, &mut next_key, &|| signals.asked());
     // Before the terminal, which may not answer.
     console.finish();
     restore();
@@ -103,37 +106,46 @@ pub fn run(console: &mut impl Console, options: &ScreenOptions) -> Result<(), Re
         && let Err(error) = screen.prompt.history.save(path)
         && ended.is_ok()
     {
-        eprintln!("note: what was typed is not kept: {}: {error}", path.display());
+        let _ = writeln!(io::stderr(), "note: what was typed is not kept: {}: {error}", path.display());
     }
     ended
 }
 
-fn begin() -> Result<(Signals, DefaultTerminal), ScreenError> {
+/// A terminal that is not dropped: `ratatui` 0.30 then says on stderr that it cannot show the cursor, and where stderr is
+/// gone, too, that is a panic in a destructor, which aborts. [`restore`] shows the cursor.
+type Kept = ManuallyDrop<DefaultTerminal>;
+
+fn begin() -> Result<(Signals, Kept), ScreenError> {
     let dumb = std::env::var("TERM").is_ok_and(|term| term == "dumb");
     if !stdin().is_terminal() || !stdout().is_terminal() || dumb {
         return Err(ScreenError::NoTerminal);
     }
     let signals = Signals::listen().map_err(ScreenError::Signals)?;
-    let terminal = ratatui::try_init().map_err(|error| {
+    restore_on_panic();
+    let terminal = enter().map_err(|error| {
         restore();
         ScreenError::Terminal(error)
     })?;
-    restore_on_panic();
-    let _ = execute!(stdout(), EnableBracketedPaste);
-    Ok((signals, terminal))
+    Ok((signals, ManuallyDrop::new(terminal)))
+}
+
+/// As `ratatui::try_init`, without its panic hook, which says on stderr what it cannot restore: see [`Kept`].
+fn enter() -> io::Result<DefaultTerminal> {
+    enable_raw_mode()?;
+    execute!(stdout(), EnterAlternateScreen, EnableBracketedPaste)?;
+    Terminal::new(CrosstermBackend::new(stdout()))
 }
 
 /// As it was before. A terminal that is gone needs nothing.
 fn restore() {
-    let _ = execute!(stdout(), DisableBracketedPaste);
+    let _ = execute!(stdout(), DisableBracketedPaste, Show);
     let _ = ratatui::try_restore();
 }
 
-/// What `ratatui` does not know of.
 fn restore_on_panic() {
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        let _ = execute!(stdout(), DisableBracketedPaste);
+        restore();
         before(panic);
     }));
 }
