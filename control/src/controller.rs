@@ -269,7 +269,9 @@ impl Controller {
         self.age += elapsed.seconds;
         let reading = self.parameters.sensor.read(sample.angle);
         self.battery = self.parameters.battery.volt(sample.battery);
-        self.loop_health.advance(elapsed.seconds, self.parameters.tick, self.parameters.supervisor.starved_share);
+        let limits = &self.parameters.supervisor;
+        let (share, most) = (limits.starved_share, limits.loop_starved.limit);
+        self.loop_health.advance(elapsed.seconds, self.parameters.tick, share, most);
         let is_driving = self.supervisor.state().is_driving();
         self.self_check.look(&self.parameters, sample, reading, is_driving);
         let (verdict, line) = self.observe(sample, reading, elapsed);

@@ -12,14 +12,14 @@ pub struct LoopHealth {
     missed: f32,
 }
 
-/// Beyond any limit: the sum must stay a number.
-const MOST: f32 = 60.0;
+/// More than this share of the limit is not remembered: one long pause at rest, while the flash is written, is soon over.
+const REMEMBERED: f32 = 1.1;
 
 impl LoopHealth {
     /// A sample that came `elapsed` (s) after the one before, of a loop with the period `tick` (s), of which `allowed` is the
-    /// share that may be missed for ever.
-    pub fn advance(&mut self, elapsed: f32, tick: f32, allowed: f32) {
-        self.missed = clamp(self.missed + (elapsed - tick) - allowed * elapsed, 0.0, MOST);
+    /// share that may be missed for ever, and `limit` (s) what may be missed at once.
+    pub fn advance(&mut self, elapsed: f32, tick: f32, allowed: f32, limit: f32) {
+        self.missed = clamp(self.missed + (elapsed - tick) - allowed * elapsed, 0.0, REMEMBERED * limit);
     }
 
     /// Time of the missed periods, s.
@@ -39,7 +39,7 @@ mod tests {
         let mut time = 0.0;
         for gap in pattern.iter().cycle() {
             time += gap * 1e-3;
-            health.advance(gap * 1e-3, 1e-3, 0.1);
+            health.advance(gap * 1e-3, 1e-3, 0.1, 0.05);
             if health.missed() > 0.05 {
                 return Some(time);
             }
@@ -64,6 +64,15 @@ mod tests {
             let after = found(pattern);
             assert!(after.is_some_and(|after| after < 0.2), "{pattern:?}: {after:?}");
         }
+    }
+
+    #[test]
+    fn a_long_pause_is_soon_forgotten() {
+        let mut health = LoopHealth::default();
+        health.advance(400e-3, 1e-3, 0.1, 0.05);
+        assert!(health.missed() > 0.05);
+        (0..350).for_each(|_| health.advance(1e-3, 1e-3, 0.1, 0.05));
+        assert!(health.missed() < 0.025, "{}", health.missed());
     }
 
     #[test]

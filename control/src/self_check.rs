@@ -50,7 +50,7 @@ impl core::fmt::Display for Unready {
                 write!(f, "its {name} is a weaker failsafe than the factory's: set it back, or take the factory's set")
             }
             Self::LoopStarved(missed) => {
-                write!(f, "its control loop has missed {:.0} ms of its periods: restart the robot", missed * 1e3)
+                write!(f, "its control loop has just missed {:.0} ms of its periods: try again in a second, and restart the robot if it stays", missed * 1e3)
             }
         }
     }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use control::parameters::table;
 use control::protocol::radio::{Batch, InjectedFault, Injection, Reset, Status, What};
-use control::{Command, Fault, State};
+use control::{Command, Fault, Refusal, State, Unready};
 
 use super::operator::{Act, Look, Operator, Seen};
 use super::step::{Check, Step, Verdict, Wiring};
@@ -21,7 +21,9 @@ const BOOTS: Duration = Duration::from_secs(15);
 const FAULT: Duration = Duration::from_secs(5);
 /// What is ordered shows in telemetry within this time.
 const SHOWS: Duration = Duration::from_millis(200);
-/// A duty at which a motor that does not turn is not taken for blocked (`driven_duty` is 0.6).
+/// A robot that has just started, or written its flash, is ready to drive within this time.
+const READY: Duration = Duration::from_secs(2);
+/// A duty at which no current flows, so that a motor that does not turn is not taken for blocked.
 pub const GENTLE: f32 = 0.2;
 /// A voltage in the place of the wiper's, in the middle of the converter's range, V.
 pub const CONSTANT_V: f64 = 1.65;
@@ -270,13 +272,32 @@ impl<'r> Rig<'r> {
         Err(Halt::Noted)
     }
 
+    /// The same with a command of a robot that may still be checking itself, or getting over a pause.
+    fn must_once_ready(&mut self, command: Command) -> Result<(), Halt> {
+        let end = self.session.now() + READY;
+        loop {
+            let outcome = self.ask(What::Command(command))?;
+            let waits =
+                matches!(outcome, Outcome::Refused(Refusal::NotReady(Unready::Checking | Unready::LoopStarved(_))));
+            if waits && self.session.now() < end {
+                self.listen(SHOWS, |_| true)?;
+                continue;
+            }
+            if matches!(outcome, Outcome::Done(_)) {
+                return Ok(());
+            }
+            self.check(&format!("{command:?}"), link::outcome(outcome), "done", false);
+            return Err(Halt::Noted);
+        }
+    }
+
     /// Drives, after a fault was cleared.
     pub fn drive(&mut self, command: Command) -> Result<(), Halt> {
         self.stop()?;
         if self.fault().is_some() {
             self.must(What::Command(Command::ClearFault))?;
         }
-        self.must(What::Command(command))?;
+        self.must_once_ready(command)?;
         let mut driving = false;
         self.listen(SHOWS, |event| {
             driving |= matches!(event, Event::Telemetry(batch) if batch.state.is_driving());
