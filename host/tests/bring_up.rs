@@ -106,8 +106,10 @@ fn a_missing_pull_down_is_found() {
 fn a_converter_with_one_code_is_found() {
     let report = on_broken(Broken::Converter);
     let failed = numbers(&with(&report, Verdict::Failed));
-    // No motor turns with it either.
-    assert!(failed.starts_with(&[14, 16]), "{failed:?}");
+    // With it the robot does not drive at all, and says why.
+    assert!(failed.contains(&14) && failed.contains(&16), "{failed:?}");
+    let refused = report.steps.iter().flat_map(|step| &step.checks).filter(|check| check.verdict == Verdict::Failed);
+    assert!(refused.filter(|check| check.found.contains("repeats one code at rest")).count() > 10);
     let codes = report.steps.iter().find(|step| step.number == 14).expect("it is there");
     let wrong = codes.checks.iter().find(|check| check.verdict == Verdict::Failed).expect("it fails");
     assert_eq!((wrong.what.as_str(), wrong.found.as_str()), ("code at 0.00 V", "1234"));

@@ -21,8 +21,8 @@ const BOOTS: Duration = Duration::from_secs(15);
 const FAULT: Duration = Duration::from_secs(5);
 /// What is ordered shows in telemetry within this time.
 const SHOWS: Duration = Duration::from_millis(200);
-/// A robot that has just started, or written its flash, is ready to drive within this time.
-const READY: Duration = Duration::from_secs(2);
+/// A robot that has just started, written its flash, or was starved is ready to drive within this time.
+const READY: Duration = Duration::from_secs(5);
 /// A duty at which no current flows, so that a motor that does not turn is not taken for blocked.
 pub const GENTLE: f32 = 0.2;
 /// A voltage in the place of the wiper's, in the middle of the converter's range, V.
@@ -277,8 +277,13 @@ impl<'r> Rig<'r> {
         let end = self.session.now() + READY;
         loop {
             let outcome = self.ask(What::Command(command))?;
-            let waits =
-                matches!(outcome, Outcome::Refused(Refusal::NotReady(Unready::Checking | Unready::LoopStarved(_))));
+            let waits = matches!(
+                outcome,
+                Outcome::Refused(
+                    Refusal::NotReady(Unready::Checking | Unready::LoopStarved(_))
+                        | Refusal::CausePersists(Fault::LoopStarved)
+                )
+            );
             if waits && self.session.now() < end {
                 self.listen(SHOWS, |_| true)?;
                 continue;
@@ -295,7 +300,7 @@ impl<'r> Rig<'r> {
     pub fn drive(&mut self, command: Command) -> Result<(), Halt> {
         self.stop()?;
         if self.fault().is_some() {
-            self.must(What::Command(Command::ClearFault))?;
+            self.must_once_ready(Command::ClearFault)?;
         }
         self.must_once_ready(command)?;
         let mut driving = false;
