@@ -49,6 +49,7 @@ fn awkward(samples: usize, adc: bool) -> Recording {
         } else {
             AngleReading::Angle((0..samples).map(|i| (i % 9 != 1).then(|| angle(i))).collect())
         },
+        adc_second: if adc { (0..samples).map(|i| (i % 5 != 1).then_some((i % 4093) as u16)).collect() } else { vec![] },
         supply_v: (0..samples).map(|i| 5.0 + 1e-17 * i as f64).collect(),
         current_a: (0..samples).map(|i| (i % 3 != 0).then_some(0.1 / 3.0)).collect(),
         temperature_c: (0..samples).map(|i| (i % 1000 == 0).then_some(21.7)).collect(),

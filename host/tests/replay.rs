@@ -180,17 +180,18 @@ fn tell(recorder: &mut SessionRecorder, channel: RobotChannel, trace: &Trace, lo
             continue;
         }
         let t = &tick.telemetry;
-        let row = Row::new(tick.sample.angle, t);
+        let row = Row::new(tick.sample.angle, t).with_second(tick.sample.second);
         let told = TelemetryRow {
             t_s,
             tick: 5000 + index as u64,
             adc: row.code,
+            adc_second: row.second,
             duty: row.duty(),
             angle_rad: row.angle(),
             speed_rad_per_s: row.speed(),
             battery_v: Some(t.battery),
             supply_v: None,
-            stated: Stated { state: t.state, fault: t.fault, tracking: t.tracking },
+            stated: Stated { state: t.state, fault: t.fault, tracking: t.tracking, failed_sensor: t.failed_sensor },
         };
         recorder.sample(channel, &told).unwrap();
     }

@@ -7,6 +7,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::sensor::SensorMap;
+use crate::sensor_pair::SecondSensor;
 
 mod check;
 pub mod table;
@@ -154,6 +155,8 @@ pub struct Estimator {
     pub initial_speed: f32,
     /// Initial standard deviation of the drag torque, N·m.
     pub initial_drag: f32,
+    /// Of two sensors, one that contradicts the other for so long, s, has failed.
+    pub sensor_persistence: f32,
 }
 
 /// Acquisition of an unknown angle.
@@ -300,6 +303,8 @@ pub struct Parameters {
     pub battery: Battery,
     /// Angle sensor.
     pub sensor: SensorMap,
+    /// The second angle sensor, where there is one.
+    pub second: Option<SecondSensor>,
     /// Estimator.
     pub estimator: Estimator,
     /// Acquisition.

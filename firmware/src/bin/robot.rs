@@ -158,7 +158,7 @@ async fn control_loop(
         Err(error) => return println!("not started: {error}"),
     };
     let period = Duration::from_micros(period_us(controller.parameters()).into());
-    let converter = Inputs::new(analog, image.curve);
+    let converter = Inputs::new(analog, image.curve, image.settings.parameters.second.is_some());
     let parts = Parts { converter, bridge, watchdog };
     let work = shell::robot::control_loop(parts, controller, &image.settings, &SHARED);
     tick::above_the_radio(timer, period, work).await

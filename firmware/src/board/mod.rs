@@ -19,7 +19,8 @@ use esp_hal::peripherals::{
 
 pub(crate) use chip::special_reset;
 pub use chip::{
-    Calibration, Cell, NAME, SerialReceiver, SerialSender, TARGET, Wiper, cycles, lockstep_serial, start_cycles,
+    Calibration, Cell, NAME, SecondWiper, SerialReceiver, SerialSender, TARGET, Wiper, cycles, lockstep_serial,
+    start_cycles,
 };
 
 /// The pins of the analogue inputs, and their converter.
@@ -28,6 +29,8 @@ pub struct Analog {
     pub adc: ADC1<'static>,
     /// The potentiometer's wiper.
     pub wiper: Wiper,
+    /// The second potentiometer's wiper.
+    pub second: SecondWiper,
     /// The battery's divider.
     pub cell: Cell,
 }
