@@ -1,5 +1,6 @@
 //! What breaks during a run: `sensor-open@1.0,stall@1.5`.
 
+use description::robot::{Robot, Sensor};
 use hal_sim::Fault;
 
 /// What can break.
@@ -69,9 +70,26 @@ impl Scheduled {
         text.split(',').map(str::trim).filter(|entry| !entry.is_empty()).map(Self::parse).collect()
     }
 
+    /// Fails where a fault of the second sensor is to come to a robot with one.
+    ///
+    /// # Errors
+    /// The first such fault.
+    pub fn check_parts(list: &[Self], robot: &Robot) -> Result<(), FaultError> {
+        let has_second = matches!(&robot.sensor, Sensor::Potentiometer(sensor) if sensor.second.is_some());
+        let of_second = |fault: &&Self| matches!(fault.what, Break::Robot(Fault::SecondSensor(_)));
+        match list.iter().find(of_second) {
+            Some(fault) if !has_second => Err(FaultError {
+                text: fault.what.name().to_owned(),
+                problem: "the robot file has no [sensor.second]".into(),
+                names: Fault::ALL.iter().map(|fault| fault.name()).chain([LINK_LOST]).collect::<Vec<_>>().join(", "),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     fn parse(text: &str) -> Result<Self, FaultError> {
         let wrong = |problem: String| {
-            let mut names: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
+            let mut names: Vec<&str> = Fault::ALL.iter().chain(&Fault::SECOND).map(|fault| fault.name()).collect();
             names.push(LINK_LOST);
             FaultError { text: text.to_owned(), problem, names: names.join(", ") }
         };
@@ -94,7 +112,7 @@ mod tests {
         let names: Vec<&str> = list.iter().map(|fault| fault.what.name()).collect();
         assert_eq!(names, ["sensor-open", "stalled", "link-lost"]);
         assert_eq!(list[1].at_s, 1.5);
-        for fault in Fault::ALL {
+        for fault in Fault::ALL.into_iter().chain(Fault::SECOND) {
             assert_eq!(Scheduled::parse_list(&format!("{}@1", fault.name())).unwrap()[0].what, Break::Robot(fault));
         }
         for wrong in ["stall", "stall@", "stall@x", "stall@-1", "fire@1"] {
