@@ -15,7 +15,7 @@ fn ticking(bencher: divan::Bencher<'_, '_>, command: Command) {
     world.run(command, 600);
     assert!(world.controller.telemetry().state.is_driving() && world.controller.telemetry().tracking);
     let controller: Controller = world.controller;
-    let sample = Sample { time_us: world.time_us, angle: AdcCode(world.code()), battery: AdcCode(2400) };
+    let sample = Sample { time_us: world.time_us, angle: AdcCode(world.code()), second: None, battery: AdcCode(2400) };
     bencher
         .with_inputs(|| (controller, sample))
         .bench_refs(|(controller, sample)| controller.tick(divan::black_box(sample)));

@@ -26,6 +26,7 @@ use crate::sample::{Actuation, Sample};
 use crate::scalar::{clamp, sign};
 use crate::self_check::{SelfCheck, Unready};
 use crate::sensor::Reading;
+use crate::sensor_pair::{Pair, Seen};
 use crate::speed::SpeedControl;
 use crate::supervisor::{Event, Fault, State, Supervisor};
 use crate::telemetry::Telemetry;
@@ -50,6 +51,7 @@ pub struct Controller {
     watcher: Watcher,
     clock: Clock,
     estimator: Estimator,
+    pair: Pair,
     window: Window,
     candidate: Candidate,
     mode: Mode,
@@ -90,6 +92,7 @@ impl Controller {
             watcher: Watcher::default(),
             clock: Clock::default(),
             estimator: Estimator::new(parameters),
+            pair: Pair::default(),
             window: Window::default(),
             candidate: Candidate::default(),
             mode: Mode::Off,
@@ -267,22 +270,24 @@ impl Controller {
         self.sampled_us = Some(sample.time_us);
         self.astray = elapsed.astray;
         self.age += elapsed.seconds;
-        let reading = self.parameters.sensor.read(sample.angle);
+        let seen = self.pair.read(&self.parameters, sample);
         self.battery = self.parameters.battery.volt(sample.battery);
         let limits = &self.parameters.supervisor;
         let (share, most) = (limits.starved_share, limits.loop_starved.limit);
         self.loop_health.advance(elapsed.seconds, self.parameters.tick, share, most);
+        let (verdict, line) = self.observe(sample, &seen, elapsed);
+        let (code, reading) = self.pair.watched(sample, &seen);
+        let watched = Sample { angle: code, ..*sample };
         let is_driving = self.supervisor.state().is_driving();
-        self.self_check.look(&self.parameters, sample, reading, is_driving);
-        let (verdict, line) = self.observe(sample, reading, elapsed);
-        self.supervise(sample, reading, verdict, line, elapsed);
+        self.self_check.look(&self.parameters, &watched, reading, is_driving);
+        self.supervise(&watched, reading, verdict, line, elapsed);
         self.actuate(sample, elapsed);
         self.slow_down_alone();
         if !is_sound(&self.estimator.estimate(), self.actuation) {
             self.lose();
             self.actuation = Actuation::OFF;
         }
-        self.report(sample, reading, verdict);
+        self.report(sample, &seen, reading, verdict);
         self.actuation
     }
 
@@ -302,7 +307,7 @@ impl Controller {
     }
 
     /// Prediction, reading, acquisition.
-    fn observe(&mut self, sample: &Sample, reading: Reading, elapsed: Elapsed) -> (Option<Verdict>, Option<Line>) {
+    fn observe(&mut self, sample: &Sample, seen: &Seen, elapsed: Elapsed) -> (Option<Verdict>, Option<Line>) {
         let tuning = self.tuning();
         if elapsed.jumped {
             self.lose();
@@ -315,15 +320,21 @@ impl Controller {
             return (None, None);
         }
         let x = self.estimator.estimate();
-        let line = self.follow_readings(reading, elapsed, &x);
+        let line = self.follow_readings(seen, &tuning, elapsed, &x);
         self.line_speed = line.map(|line| line.speed);
         let mut verdict = None;
         if self.tracking {
-            let seen = match self.parameters.estimator.handling {
-                BlindArcHandling::Full => reading,
-                BlindArcHandling::None => Reading::Angle(self.parameters.sensor.angle(sample.angle)),
-            };
-            verdict = Some(self.estimator.update(&self.parameters, &tuning, seen, elapsed.offset));
+            let p = &self.parameters;
+            verdict = Some(match p.estimator.handling {
+                BlindArcHandling::Full => {
+                    let times = (elapsed.offset, elapsed.seconds);
+                    self.pair.update(p, &tuning, &mut self.estimator, seen, times)
+                }
+                BlindArcHandling::None => {
+                    let reading = Reading::Angle(p.sensor.angle(sample.angle));
+                    self.estimator.update(p, &tuning, reading, elapsed.offset)
+                }
+            });
             if self.estimator.is_lost(&self.parameters) {
                 // The speed is still the best guess there is; only the angle starts over.
                 self.tracking = false;
@@ -342,18 +353,17 @@ impl Controller {
     }
 
     /// Keeps the window of readings that are in a row outside the arc.
-    fn follow_readings(&mut self, reading: Reading, elapsed: Elapsed, x: &Estimate) -> Option<Line> {
+    fn follow_readings(&mut self, seen: &Seen, tuning: &Tuning, elapsed: Elapsed, x: &Estimate) -> Option<Line> {
         let p = &self.parameters;
-        match reading {
-            Reading::Angle(angle) if !p.sensor.is_blind(angle) => {
-                self.window.push(angle - x.speed * elapsed.offset, x.angle);
-                self.window.line(&p.acquisition, p.tick).filter(|line| line.is_straight(&p.acquisition))
-            }
-            _ => {
-                self.window.clear();
-                None
-            }
+        let Some(lead) = self.pair.lead(p, tuning, seen, (self.tracking, elapsed.seconds)) else {
+            self.window.clear();
+            return None;
+        };
+        if lead.changed {
+            self.window.clear();
         }
+        self.window.push(lead.angle - x.speed * (elapsed.offset + lead.delay), x.angle);
+        self.window.line(&p.acquisition, p.tick).filter(|line| line.is_straight(&p.acquisition))
     }
 
     fn try_acquire(&mut self, line: &Line) {
@@ -366,7 +376,7 @@ impl Controller {
         if !self.candidate.confirm(acquisition, line, self.estimator.estimate().speed) {
             return;
         }
-        let lag = self.parameters.sensor.lag(line.speed);
+        let lag = self.pair.lag(&self.parameters, line.speed);
         self.estimator.acquire(&self.parameters, line.angle + lag, line.speed);
         self.tracking = true;
         let x = self.estimator.estimate();
@@ -502,7 +512,12 @@ impl Controller {
         self.saturated = if wanted.abs() > 1.0 { sign(wanted) } else { 0.0 };
     }
 
-    fn report(&mut self, sample: &Sample, reading: Reading, verdict: Option<Verdict>) {
+    fn is_blind(&self, seen: &Seen, angle: f32) -> bool {
+        let p = &self.parameters;
+        p.estimator.handling == BlindArcHandling::Full && self.pair.is_blind(p, seen, angle)
+    }
+
+    fn report(&mut self, sample: &Sample, seen: &Seen, reading: Reading, verdict: Option<Verdict>) {
         let x = self.estimator.estimate();
         let (reference_angle, reference_speed) = match &self.mode {
             Mode::Speed(speed) => (speed.phase(), speed.omega()),
@@ -526,7 +541,8 @@ impl Controller {
                 Reading::LowEnd | Reading::HighEnd => None,
             },
             accepted: verdict == Some(Verdict::Accepted),
-            blind: self.estimator.is_blind(&self.parameters),
+            blind: self.is_blind(seen, x.angle),
+            failed_sensor: self.pair.failed(),
             saturated: self.saturated.abs() > 0.5,
             battery: self.battery.unwrap_or(0.0),
             actuation: self.actuation,

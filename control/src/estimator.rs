@@ -55,6 +55,21 @@ pub enum Verdict {
     Rejected,
 }
 
+/// A reading with all that it depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// The reading, as an angle of the shaft.
+    pub reading: Reading,
+    /// How far the wiper is behind the shaft, rad.
+    pub lag: f32,
+    /// The estimate lies in the sensor's blind arc.
+    pub blind: bool,
+    /// The conversion was this much later than its tick, s.
+    pub offset: f32,
+    /// Standard deviation outside the arc, rad.
+    pub noise: f32,
+}
+
 /// The filter.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimator {
@@ -62,7 +77,7 @@ pub struct Estimator {
     covariance: Covariance,
     /// The direction that the drag's column is written for, +1 or −1.
     direction: f32,
-    /// Rejections that have not been outweighed by acceptances.
+    /// Rejections that have not been outweighed by acceptances, in parts of [`Self::WHOLE`].
     rejected: u16,
     /// How the current hangs on the speed, −A per rad/s.
     current_per_speed: f32,
@@ -113,7 +128,7 @@ impl Estimator {
     pub fn is_lost(&self, parameters: &Parameters) -> bool {
         // What is no number is lost too.
         let is_known = self.covariance.angle <= LOST_VARIANCE;
-        self.rejected >= parameters.estimator.rejected_limit || !is_known
+        self.rejected >= parameters.estimator.rejected_limit.saturating_mul(Self::WHOLE) || !is_known
     }
 
     /// Starts over from a shaft at rest with an unknown angle and the expected drag.
@@ -267,38 +282,53 @@ impl Estimator {
 
     /// Takes in a reading that was converted `offset` (s) after its tick.
     pub fn update(&mut self, parameters: &Parameters, tuning: &Tuning, reading: Reading, offset: f32) -> Verdict {
+        let lag = parameters.sensor.lag(self.estimate.speed);
+        let measured = Measured { reading, lag, blind: self.is_blind(parameters), offset, noise: tuning.reading };
+        let verdict = self.weigh(parameters, &measured);
+        self.count(verdict, Self::WHOLE)
+    }
+
+    /// What a reading says beyond the estimate, rad; `None` for a code that carries no angle.
+    #[must_use]
+    pub fn innovation(&self, measured: &Measured) -> Option<f32> {
+        let Reading::Angle(angle) = measured.reading else { return None };
+        let shaft = angle + measured.lag;
+        Some(wrap(shaft - self.estimate.angle - self.estimate.speed * measured.offset))
+    }
+
+    /// Takes in a reading without counting its verdict.
+    pub(crate) fn weigh(&mut self, parameters: &Parameters, measured: &Measured) -> Verdict {
         let handling = parameters.estimator.handling;
-        let blind = self.is_blind(parameters);
-        let angle = match reading {
-            Reading::Angle(angle) => angle,
+        let blind = measured.blind;
+        let Some(innovation) = self.innovation(measured) else {
             // Codes of the ends carry no angle; far from the arc they contradict the estimate.
-            Reading::LowEnd | Reading::HighEnd => {
-                return self.judge(if blind { Verdict::Blind } else { Verdict::Rejected });
-            }
+            return if blind { Verdict::Blind } else { Verdict::Rejected };
         };
-        let shaft = angle + parameters.sensor.lag(self.estimate.speed);
-        let innovation = wrap(shaft - self.estimate.angle - self.estimate.speed * offset);
-        let noise = if blind { parameters.estimator.blind_reading } else { tuning.reading };
+        let noise = if blind { parameters.estimator.blind_reading } else { measured.noise };
         let spread = self.covariance.angle + square(noise);
         let full = handling == BlindArcHandling::Full;
         if full && square(innovation) > square(parameters.estimator.gate) * spread {
-            return self.judge(if blind { Verdict::Blind } else { Verdict::Rejected });
+            return if blind { Verdict::Blind } else { Verdict::Rejected };
         }
         self.correct(parameters, innovation, spread);
-        self.judge(if blind { Verdict::Blind } else { Verdict::Accepted })
+        if blind { Verdict::Blind } else { Verdict::Accepted }
     }
 
-    /// Whether the estimate lies where readings cannot be believed.
+    /// Whether the estimate lies where the first sensor's readings cannot be believed.
     #[must_use]
     pub fn is_blind(&self, parameters: &Parameters) -> bool {
         parameters.estimator.handling == BlindArcHandling::Full && parameters.sensor.is_blind(self.estimate.angle)
     }
 
-    fn judge(&mut self, verdict: Verdict) -> Verdict {
+    /// A whole rejected sample.
+    pub(crate) const WHOLE: u16 = 4;
+
+    /// Counts a verdict; a rejection by its weight, of which [`Self::WHOLE`] is a sample.
+    pub(crate) fn count(&mut self, verdict: Verdict, weight: u16) -> Verdict {
         self.rejected = match verdict {
-            Verdict::Accepted => self.rejected.saturating_sub(2),
+            Verdict::Accepted => self.rejected.saturating_sub(2 * Self::WHOLE),
             Verdict::Blind => self.rejected,
-            Verdict::Rejected => self.rejected.saturating_add(1),
+            Verdict::Rejected => self.rejected.saturating_add(weight),
         };
         verdict
     }

@@ -14,6 +14,8 @@ pub struct Sample {
     pub time_us: u64,
     /// The potentiometer's wiper.
     pub angle: AdcCode,
+    /// The second potentiometer's wiper, where there is one.
+    pub second: Option<AdcCode>,
     /// The battery cell through its divider.
     pub battery: AdcCode,
 }

@@ -194,7 +194,7 @@ impl SensorMap {
     }
 }
 
-fn range(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), ParameterError> {
+pub(crate) fn range(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), ParameterError> {
     if !value.is_finite() {
         Err(ParameterError::NonFinite { name })
     } else if value < low || value > high {

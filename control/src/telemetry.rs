@@ -4,6 +4,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::sample::Actuation;
+use crate::sensor_pair::Sensor;
 use crate::supervisor::{Fault, State};
 
 /// One tick, as the controller sees it.
@@ -33,8 +34,10 @@ pub struct Telemetry {
     pub reading: Option<f32>,
     /// The reading was used with the noise of the reliable zone.
     pub accepted: bool,
-    /// The controller believes that the wiper is in the blind arc.
+    /// The controller believes that the wiper is in the blind arc: with two sensors, the wiper of every working one.
     pub blind: bool,
+    /// Of two angle sensors the one that has failed: the robot goes on with the other.
+    pub failed_sensor: Option<Sensor>,
     /// The demand was beyond the supply.
     pub saturated: bool,
     /// Cell voltage, V; 0 where it is not measured.

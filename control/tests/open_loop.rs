@@ -88,7 +88,12 @@ fn every_fault_cuts_the_bridge_within_its_bound() {
             limits.sensor_shorted.bound,
         ),
         ("frozen", |s| Sample { angle: AdcCode(2000), ..s }, &[Fault::SensorFrozen], limits.sensor_frozen.bound),
-        ("empty", |s| Sample { battery: AdcCode(1500), ..s }, &[Fault::SupplyLow], limits.supply_low.bound),
+        (
+            "empty",
+            |s| Sample { second: None, battery: AdcCode(1500), ..s },
+            &[Fault::SupplyLow],
+            limits.supply_low.bound,
+        ),
         ("stuck clock", |s| Sample { time_us: 300_000, ..s }, &[Fault::ClockFault], limits.clock.bound),
         (
             "open",

@@ -49,7 +49,7 @@ proptest! {
                     prop_assert!(answer.is_err());
                 }
             }
-            let actuation = controller.tick(&Sample { time_us, angle: AdcCode(angle), battery: AdcCode(battery) });
+            let actuation = controller.tick(&Sample { time_us, angle: AdcCode(angle), second: None, battery: AdcCode(battery) });
             let t = controller.telemetry();
             prop_assert!(actuation.duty.is_finite() && actuation.duty.abs() <= 1.0, "{actuation:?}");
             prop_assert!(t.angle.is_finite() && t.speed.is_finite() && t.current.is_finite() && t.drag.is_finite(), "{t:?}");

@@ -166,7 +166,7 @@ fn a_reading_that_drifts_slowly_against_the_drive_is_a_fault() {
         let code = 3500.0 - 7.0 * 1e-3 * tick as f64 * 4095.0 / 5.76;
         let dither = if tick % 2 == 0 { 3.0 } else { -3.0 };
         let code = AdcCode(if code > 100.0 { (code + dither) as u16 } else { 100 });
-        controller.tick(&Sample { time_us: 1000 * tick, angle: code, battery: AdcCode(2400) });
+        controller.tick(&Sample { time_us: 1000 * tick, angle: code, second: None, battery: AdcCode(2400) });
         if faulted.is_none() {
             faulted = controller.telemetry().fault.map(|fault| (fault, tick));
         }
@@ -230,7 +230,9 @@ fn the_thesis_averages_once() {
     let mut controller = Controller::new(&p).unwrap();
     let duty = |controller: &mut Controller, tick: u64, code: u16| {
         controller.command(Command::Position { angle: 2.0 }, 1000 * tick).unwrap();
-        controller.tick(&Sample { time_us: 1000 * tick, angle: AdcCode(code), battery: AdcCode(2400) }).duty
+        controller
+            .tick(&Sample { time_us: 1000 * tick, angle: AdcCode(code), second: None, battery: AdcCode(2400) })
+            .duty
     };
     for tick in 0..20 {
         duty(&mut controller, tick, 1100);
@@ -338,7 +340,7 @@ proptest! {
                 if let Some(command) = command {
                     let _ = controller.command(command, time_us);
                 }
-                let sample = Sample { time_us, angle: AdcCode(code), battery: AdcCode(2400) };
+                let sample = Sample { time_us, angle: AdcCode(code), second: None, battery: AdcCode(2400) };
                 let actuation = controller.tick(&sample);
                 let t = controller.telemetry();
                 prop_assert!(actuation.duty.is_finite() && actuation.duty.abs() <= 1.0, "{actuation:?} {p:?}");
@@ -365,7 +367,8 @@ fn what_is_no_number_turns_the_bridge_off() {
     for tick in 0..400u64 {
         controller.command(HOLD, 1000 * tick).ok();
         let code = AdcCode(((tick * 31) % 4000) as u16);
-        let actuation = controller.tick(&Sample { time_us: 1000 * tick, angle: code, battery: AdcCode(2400) });
+        let actuation =
+            controller.tick(&Sample { time_us: 1000 * tick, angle: code, second: None, battery: AdcCode(2400) });
         let t = controller.telemetry();
         assert!(t.speed.is_finite() && t.drag.is_finite() && actuation.duty.is_finite(), "{t:?}");
     }

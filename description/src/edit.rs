@@ -131,6 +131,18 @@ impl Document {
     /// # Errors
     /// The sensor is no potentiometer, or a number is not allowed.
     pub fn set_correction(&mut self, correction: &Correction) -> Result<(), DescriptionError> {
+        self.write_correction("sensor", correction)
+    }
+
+    /// Writes `[sensor.second.correction]`.
+    ///
+    /// # Errors
+    /// There is no second sensor, or a number is not allowed.
+    pub fn set_second_correction(&mut self, correction: &Correction) -> Result<(), DescriptionError> {
+        self.write_correction("sensor.second", correction)
+    }
+
+    fn write_correction(&mut self, path: &str, correction: &Correction) -> Result<(), DescriptionError> {
         self.edit(|document| {
             let list = |numbers: &[f64]| Item::Value(Value::Array(numbers.iter().map(|&one| number(one)).collect()));
             let mut table = Table::new();
@@ -142,7 +154,7 @@ impl Document {
             table.insert("blind_to_deg", Item::Value(number(correction.blind_to_deg)));
             table.insert("residual_deg", Item::Value(number(correction.residual_deg)));
             table.insert("source", Item::Value(correction.source.as_str().into()));
-            replace_table(document, "sensor", "correction", table)
+            replace_table(document, path, "correction", table)
         })
     }
 

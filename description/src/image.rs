@@ -110,6 +110,7 @@ impl Image {
             let reason = format!("`{}` is {} bytes long, the firmware keeps {NAME}", robot.name, robot.name.len());
             return Err(unfit("name", reason, "choose a shorter name".into()));
         }
+        second(potentiometer)?;
         let adc = &potentiometer.adc;
         let (pwm_hz, pwm_bits) = pwm(robot)?;
         Ok(Self {
@@ -194,6 +195,22 @@ fn battery<'r>(robot: &'r Robot, potentiometer: &Potentiometer) -> Result<&'r Ba
     Ok(battery)
 }
 
+/// The boards read both wipers by the same converter, fed by the same supply.
+fn second(potentiometer: &Potentiometer) -> Result<(), ImageError> {
+    let Some(second) = &potentiometer.second else { return Ok(()) };
+    let same_adc = second.adc.as_ref().is_none_or(|adc| *adc == potentiometer.adc);
+    if !same_adc {
+        let reason = "it differs from [sensor.adc], and the boards have one converter for both sensors".into();
+        return Err(unfit("sensor.second.adc", reason, "leave it out".into()));
+    }
+    let supply = second.supply_v.as_ref().unwrap_or(&potentiometer.supply_v).value;
+    if supply > PIN_LIMIT_V {
+        let reason = format!("the wiper reaches {supply} V, a pin of the chip bears {PIN_LIMIT_V} V");
+        return Err(unfit("sensor.second.supply_v", reason, "feed the potentiometer from the chip's supply".into()));
+    }
+    Ok(())
+}
+
 fn conversions(potentiometer: &Potentiometer) -> Result<u8, ImageError> {
     let adc = &potentiometer.adc;
     let (count, each) = (adc.conversions.value, adc.conversion_s.value);
@@ -202,10 +219,12 @@ fn conversions(potentiometer: &Potentiometer) -> Result<u8, ImageError> {
         return Err(unfit("sensor.adc.conversions", reason, "choose a whole number".into()));
     }
     // One more for the cell.
-    let most = (CONVERSION_SHARE * TICK_S / each).floor() - 1.0;
+    let wipers = if potentiometer.second.is_some() { 2.0 } else { 1.0 };
+    let most = (((CONVERSION_SHARE * TICK_S / each).floor() - 1.0) / wipers).floor();
     if count > most {
+        let of = if wipers > 1.0 { "either wiper" } else { "the wiper" };
         let reason = format!(
-            "{count} conversions of the wiper and one of the cell at {:.1} µs each take more than a third of a tick \
+            "{count} conversions of {of} and one of the cell at {:.1} µs each take more than a third of a tick \
              of {:.0} µs",
             1e6 * each,
             1e6 * TICK_S

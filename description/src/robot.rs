@@ -18,7 +18,7 @@ pub use effects::{
     GravityTilt, GroundSlope, LoadFriction, SensorDelay, SensorNonlinearity, StribeckFriction,
 };
 pub use radio::Radio;
-pub use sensor::{Adc, Correction, Encoder, InGap, Potentiometer, Sensor};
+pub use sensor::{Adc, Correction, Encoder, InGap, Potentiometer, SecondPotentiometer, Sensor};
 
 use crate::error::{DescriptionError, Problem};
 use crate::parts::Pairs;

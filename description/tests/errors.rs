@@ -441,3 +441,46 @@ fn a_radio_that_contradicts_itself() {
         ": radio.quiet_loss_share: must not be above loss_share; compare the two values",
     );
 }
+
+/// The default robot with these lines behind it.
+#[track_caller]
+fn second_says(table: &str, expected: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml");
+    let text = format!("{}\n[sensor.second]\n{table}\n", std::fs::read_to_string(path).unwrap());
+    let found = Robot::parse(&text, "robot.toml").map_or_else(|error| error.to_string(), |_| String::new());
+    let found = found.lines().next().unwrap_or_default();
+    let (place, message) = found.split_once(": ").unwrap_or(("", ""));
+    assert_eq!(message, expected);
+    assert!(expected.is_empty() || place.starts_with("robot.toml:"), "{found}");
+}
+
+#[test]
+fn a_second_sensor_that_cannot_be() {
+    let offset =
+        |value: f64| format!("offset_deg = {{ value = {value}, low = {value}, high = {value}, source = \"test\" }}");
+    second_says(&offset(180.0), "");
+    second_says(&offset(150.0), "");
+    second_says(&offset(60.0), "sensor.second.offset_deg.value: 60 is outside the allowed 90 … 270 °");
+    let wide = "electrical_angle_deg = { value = 180.0, low = 180.0, high = 180.0, source = \"test\" }";
+    second_says(
+        &format!("{}\n{wide}", offset(95.0)),
+        "sensor.second.offset_deg: is 95° from the first one's gap, and the two gaps reach 105°: they overlap; mount it \
+         half a turn away: 180°",
+    );
+}
+
+#[test]
+fn a_second_sensor_is_as_the_first_where_nothing_else_is_said() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let robot = Robot::load(&root.join("robots/two-sensors.toml")).unwrap();
+    let description::robot::Sensor::Potentiometer(mut first) = robot.sensor else { panic!("a potentiometer") };
+    let second = first.second.as_mut().unwrap();
+    let mut play = first.hysteresis_deg.clone();
+    play.value = 1.5;
+    second.hysteresis_deg = Some(play);
+    second.correction = None;
+    let resolved = first.second_resolved().unwrap();
+    assert_eq!((&resolved.adc, resolved.in_gap), (&first.adc, first.in_gap));
+    assert_eq!(resolved.electrical_angle_deg, first.electrical_angle_deg);
+    assert_eq!((resolved.hysteresis_deg.value, resolved.second), (1.5, None));
+}

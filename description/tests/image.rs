@@ -197,3 +197,32 @@ fn a_build_looks_at_the_file_and_its_bases() {
     std::fs::write(loops.path(), format!("base = \"{name}\"")).expect("written");
     assert_eq!(image::files(loops.path()).len(), 9);
 }
+
+#[test]
+fn a_second_sensor_that_the_boards_cannot_read() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/two-sensors.toml");
+    let two = || Robot::load(&path).expect("the project's own robot file");
+    assert!(Image::of(&two()).is_ok());
+    let refused = |change: &dyn Fn(&mut Potentiometer)| {
+        let mut robot = two();
+        change(potentiometer(&mut robot));
+        match Image::of(&robot) {
+            Err(ImageError::Unfit { field, .. }) => field,
+            other => panic!("expected a refusal, got {other:?}"),
+        }
+    };
+    let another_converter = |sensor: &mut Potentiometer| {
+        let mut adc = sensor.adc.clone();
+        adc.full_scale_v.value += 0.1;
+        sensor.second.as_mut().unwrap().adc = Some(adc);
+    };
+    assert_eq!(refused(&another_converter), "sensor.second.adc");
+    let five_volts = |sensor: &mut Potentiometer| {
+        let mut supply = sensor.supply_v.clone();
+        (supply.value, supply.high) = (5.0, 5.0);
+        sensor.second.as_mut().unwrap().supply_v = Some(supply);
+    };
+    assert_eq!(refused(&five_volts), "sensor.second.supply_v");
+    // Twice 5 and the cell's are 2 more than a third of a tick holds; of one sensor it holds 8.
+    assert_eq!(refused(&|sensor| sensor.adc.conversions.value = 5.0), "sensor.adc.conversions");
+}

@@ -7,7 +7,7 @@ use esp_hal::peripherals::ADC1;
 use shell::adc::Curve;
 use shell::board::Converter;
 
-use crate::board::{self, Calibration, Cell, Wiper};
+use crate::board::{self, Calibration, Cell, SecondWiper, Wiper};
 
 type Unit = ADC1<'static>;
 type Input<P> = AdcPin<P, Unit, Calibration>;
@@ -19,6 +19,8 @@ const FULL_SCALE: u16 = 4095;
 pub struct Inputs {
     adc: Adc<'static, Unit, Blocking>,
     wiper: Input<Wiper>,
+    /// Where the robot file has a second sensor: elsewhere its pin is left alone.
+    second: Option<Input<SecondWiper>>,
     cell: Input<Cell>,
     curve: Curve,
     /// What the calibration makes of raw 0 and of raw full scale, mV: at the ends it has nothing to go by.
@@ -29,14 +31,15 @@ pub struct Inputs {
 impl Inputs {
     /// Sets the converter up: 11 dB, its widest range, and the calibration that the factory burnt into the chip.
     #[must_use]
-    pub fn new(pins: board::Analog, curve: Curve) -> Self {
+    pub fn new(pins: board::Analog, curve: Curve, has_second: bool) -> Self {
         let mut config = AdcConfig::new();
         let wiper: Input<Wiper> = config.enable_pin_with_cal(pins.wiper, Attenuation::_11dB);
+        let second = has_second.then(|| config.enable_pin_with_cal(pins.second, Attenuation::_11dB));
         let cell: Input<Cell> = config.enable_pin_with_cal(pins.cell, Attenuation::_11dB);
         let [low_end, high_end] = [0, FULL_SCALE].map(|raw| wiper.cal_scheme.adc_val(raw));
         let adc = Adc::new(pins.adc, config);
         board::power_the_converter();
-        Self { adc, wiper, cell, curve, low_end, high_end }
+        Self { adc, wiper, second, cell, curve, low_end, high_end }
     }
 
     /// A reading at an end of the converter says only that: it becomes the end of the robot file's converter.
@@ -65,6 +68,11 @@ impl Converter for Inputs {
     fn angle(&mut self) -> AdcCode {
         let millivolt = convert(&mut self.adc, &mut self.wiper);
         self.code(millivolt)
+    }
+
+    fn second(&mut self) -> Option<AdcCode> {
+        let millivolt = convert(&mut self.adc, self.second.as_mut()?);
+        Some(self.code(millivolt))
     }
 
     fn battery(&mut self) -> AdcCode {

@@ -72,6 +72,12 @@ impl Adc {
         }
     }
 
+    /// The same for a second input: other nuisances, as if under a seed of its own.
+    #[must_use]
+    pub fn second(adc: &robot::Adc, seed: u64) -> Self {
+        Self::new(adc, Stream::new(seed, Source::SecondConverter).seed())
+    }
+
     /// One conversion of a voltage (V).
     ///
     /// The noise is at the input: where the curve is flat (below the dead zone, in saturation) it does not show. A spike
@@ -104,15 +110,20 @@ impl Adc {
     /// the tick). Of an even number the lower middle one. Every conversion has noise of its own and is a spike or not by
     /// itself: a burst longer than a conversion would pass a median, and is not modelled. Beside the code the middle of
     /// the conversions, s against the tick.
-    pub fn sample(&mut self, mut wiper: impl FnMut(f64) -> f64) -> (u16, f64) {
+    pub fn sample(&mut self, wiper: impl FnMut(f64) -> f64) -> (u16, f64) {
         let middle = self.middle();
+        (self.sample_about(middle, wiper), middle)
+    }
+
+    /// The same about a middle (s against the tick) that is given.
+    pub fn sample_about(&mut self, middle: f64, mut wiper: impl FnMut(f64) -> f64) -> u16 {
         let mut codes = [0u16; MAX_CONVERSIONS];
         for (instant, code) in self.instants(middle).zip(&mut codes) {
             *code = self.convert(wiper(instant));
         }
         let codes = &mut codes[..self.conversions];
         codes.sort_unstable();
-        (codes[(codes.len() - 1) / 2], middle)
+        codes[(codes.len() - 1) / 2]
     }
 
     /// How far before the tick a conversion can lie, s (six standard deviations of jitter).

@@ -1,5 +1,7 @@
 //! What can break, and when.
 
+use crate::random::Stream;
+
 /// A fault of the robot's hardware.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
@@ -28,6 +30,8 @@ pub enum Fault {
         /// Supply against what it should be.
         factor: f64,
     },
+    /// Something happens to the second sensor's line. Nothing where there is none.
+    SecondSensor(Line),
     /// The shaft is blocked where it stands.
     Stalled,
     /// The motor's leads are swapped: every correction makes it worse (runaway).
@@ -47,7 +51,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Every fault. Supplies have values that any LiPo robot must refuse to drive on; a bad contact is noisy by three times
+    /// Every fault of a robot with one sensor. Supplies have values that any LiPo robot must refuse to drive on; a bad contact is noisy by three times
     /// what the reading of a healthy sensor is wrong by, a drift is a tenth of the scale in a second (estimates); the
     /// element of a saturated converter is fed with 5 V instead of 3.3 V.
     pub const ALL: [Self; 12] = [
@@ -65,6 +69,17 @@ impl Fault {
         Self::RailLow { rail_v: 2.0 },
     ];
 
+    /// What can happen to the second sensor, as severe as to the first one.
+    pub const SECOND: [Self; 7] = [
+        Self::SecondSensor(Line::Open),
+        Self::SecondSensor(Line::Low),
+        Self::SecondSensor(Line::High),
+        Self::SecondSensor(Line::Frozen),
+        Self::SecondSensor(Line::Noisy(0.03)),
+        Self::SecondSensor(Line::Drifting(0.1)),
+        Self::SecondSensor(Line::Scaled(5.0 / 3.3)),
+    ];
+
     /// The name that people type.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -76,6 +91,13 @@ impl Fault {
             Self::SensorNoisy { .. } => "sensor-noisy",
             Self::SensorDrifting { .. } => "sensor-drifting",
             Self::AdcSaturated { .. } => "adc-saturated",
+            Self::SecondSensor(Line::Open) => "second-sensor-open",
+            Self::SecondSensor(Line::Low) => "second-sensor-short-low",
+            Self::SecondSensor(Line::High) => "second-sensor-short-high",
+            Self::SecondSensor(Line::Frozen) => "second-sensor-frozen",
+            Self::SecondSensor(Line::Noisy(_)) => "second-sensor-noisy",
+            Self::SecondSensor(Line::Drifting(_)) => "second-sensor-drifting",
+            Self::SecondSensor(Line::Scaled(_)) => "second-adc-saturated",
             Self::Stalled => "stalled",
             Self::MotorReversed => "motor-reversed",
             Self::MotorOpen => "motor-open",
@@ -84,19 +106,23 @@ impl Fault {
         }
     }
 
-    /// The fault of a name, as in [`Fault::ALL`].
+    /// The fault of a name, as in [`Fault::ALL`] and [`Fault::SECOND`].
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|fault| fault.name() == name)
+        Self::ALL.into_iter().chain(Self::SECOND).find(|fault| fault.name() == name)
     }
 }
 
-/// What has happened to the angle sensor's line.
+/// What has happened to an angle sensor's line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Line {
+pub enum Line {
+    /// The wiper's lead is broken.
     Open,
+    /// Shorted to ground.
     Low,
+    /// Shorted to the element's supply.
     High,
+    /// The converter repeats its last code.
     Frozen,
     /// Standard deviation, share of the scale.
     Noisy(f64),
@@ -106,12 +132,46 @@ pub(crate) enum Line {
     Scaled(f64),
 }
 
-/// The faults in force, and those still to come.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub(crate) struct Faults {
+/// The fault of one sensor's line.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub(crate) struct LineFault {
     pub line: Option<Line>,
     /// How far the reading has drifted, share of the scale.
     pub drifted: f64,
+}
+
+impl LineFault {
+    fn set(&mut self, line: Line) {
+        *self = Self { line: Some(line), drifted: 0.0 };
+    }
+
+    fn advance(&mut self, seconds: f64) {
+        if let Some(Line::Drifting(share_per_s)) = self.line {
+            self.drifted += share_per_s * seconds;
+        }
+    }
+
+    /// The input floats.
+    pub fn is_cut(&self) -> bool {
+        self.line == Some(Line::Open)
+    }
+
+    /// What the wiper's share of the scale is multiplied with, and what is added to it.
+    pub fn disturbance(&self, bad_contact: &mut Stream) -> (f64, f64) {
+        match self.line {
+            Some(Line::Noisy(share)) => (1.0, share * bad_contact.normal()),
+            Some(Line::Drifting(_)) => (1.0, self.drifted),
+            Some(Line::Scaled(factor)) => (factor, 0.0),
+            _ => (1.0, 0.0),
+        }
+    }
+}
+
+/// The faults in force, and those still to come.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub(crate) struct Faults {
+    /// Of the first sensor and of the second one.
+    pub lines: [LineFault; 2],
     pub stalled: bool,
     pub reversed: bool,
     pub motor_open: bool,
@@ -124,16 +184,16 @@ pub(crate) struct Faults {
 impl Faults {
     /// From now on.
     pub fn set(&mut self, fault: Fault) {
+        let [first, second] = &mut self.lines;
         match fault {
-            Fault::SensorOpen => self.line = Some(Line::Open),
-            Fault::SensorShortLow => self.line = Some(Line::Low),
-            Fault::SensorShortHigh => self.line = Some(Line::High),
-            Fault::SensorFrozen => self.line = Some(Line::Frozen),
-            Fault::SensorNoisy { share } => self.line = Some(Line::Noisy(share)),
-            Fault::SensorDrifting { share_per_s } => {
-                (self.line, self.drifted) = (Some(Line::Drifting(share_per_s)), 0.0);
-            }
-            Fault::AdcSaturated { factor } => self.line = Some(Line::Scaled(factor)),
+            Fault::SensorOpen => first.set(Line::Open),
+            Fault::SensorShortLow => first.set(Line::Low),
+            Fault::SensorShortHigh => first.set(Line::High),
+            Fault::SensorFrozen => first.set(Line::Frozen),
+            Fault::SensorNoisy { share } => first.set(Line::Noisy(share)),
+            Fault::SensorDrifting { share_per_s } => first.set(Line::Drifting(share_per_s)),
+            Fault::AdcSaturated { factor } => first.set(Line::Scaled(factor)),
+            Fault::SecondSensor(line) => second.set(line),
             Fault::Stalled => self.stalled = true,
             Fault::MotorReversed => self.reversed = true,
             Fault::MotorOpen => self.motor_open = true,
@@ -144,9 +204,7 @@ impl Faults {
 
     /// Time passes, s.
     pub fn advance(&mut self, seconds: f64) {
-        if let Some(Line::Drifting(share_per_s)) = self.line {
-            self.drifted += share_per_s * seconds;
-        }
+        self.lines.iter_mut().for_each(|line| line.advance(seconds));
     }
 
     /// From a time (s) on.

@@ -29,6 +29,7 @@ pub mod potentiometer;
 pub mod radio;
 pub mod random;
 pub mod robot;
+mod second_sensor;
 pub mod shaft;
 pub mod supply;
 pub mod variation;

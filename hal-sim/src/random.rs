@@ -54,6 +54,18 @@ pub enum Source {
     SecondTalker,
     /// A bad contact of the wiper.
     BadContact,
+    /// Which of the behaviours the second sensor's wiper shows in its gap.
+    SecondGapBehaviour,
+    /// What the second sensor's wiper shows in its gap.
+    SecondGap,
+    /// The shape of the second sensor's linearity error.
+    SecondLinearity,
+    /// How the second sensor is mounted.
+    SecondMounting,
+    /// The converter's nuisances at the second sensor.
+    SecondConverter,
+    /// A bad contact of the second sensor's wiper.
+    SecondBadContact,
 }
 
 /// One stream of random numbers.
@@ -80,6 +92,11 @@ impl Stream {
     #[inline]
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.random::<f64>()
+    }
+
+    /// A seed for streams of their own.
+    pub fn seed(&mut self) -> u64 {
+        self.0.next_u64()
     }
 
     /// Uniform below `count`.

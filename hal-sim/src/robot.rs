@@ -15,6 +15,7 @@ use crate::linearity::Linearity;
 use crate::plant;
 use crate::potentiometer::Potentiometer;
 use crate::random::{Source, Stream};
+use crate::second_sensor::{SecondSensor, Timing, voltage};
 use crate::shaft::{ShaftState, StepMeans, Stepper, Terminals};
 use crate::supply::Supply;
 
@@ -108,6 +109,7 @@ pub struct SimulatedRobot {
     state: ShaftState,
     means: StepMeans,
     sensor: AngleSensor,
+    second: Option<Box<SecondSensor>>,
     delay_s: f64,
     sample_time: SampleTime,
     history: History,
@@ -141,7 +143,9 @@ const DEFAULT_TICK_S: f64 = 1e-3;
 
 impl SimulatedRobot {
     /// The robot of a file at its nominal parameters. The seed draws the start angle (uniform over the turn), the charge
-    /// (50 to 100 %), what the wiper shows in its gap (where the file says `any`), the linearity error ([`Linearity::draw`]), the converter's noise level (from its range) and nonlinearity, noise, spikes and jitter.
+    /// (50 to 100 %), what the wiper shows in its gap (where the file says `any`), the linearity error
+    /// ([`Linearity::draw`]), the converter's noise level (from its range) and nonlinearity, noise, spikes and jitter; and
+    /// the same for a second sensor, with where it is mounted.
     #[must_use]
     pub fn new(robot: &Robot, seed: u64) -> Self {
         Self::with(robot, seed, &Settings::default())
@@ -159,6 +163,13 @@ impl SimulatedRobot {
         let sensor = AngleSensor::new(robot, seed, settings, angle);
         let delay_s = robot.effects.sensor_delay.as_ref().map_or(0.0, |delay| delay.delay_s.value);
         let reach = (delay_s + sensor.reach_s()) / step;
+        let second = match &robot.sensor {
+            Sensor::Potentiometer(file) => {
+                let nonlinearity = robot.effects.sensor_nonlinearity.as_ref();
+                SecondSensor::new(file, nonlinearity, seed, angle, Timing { delay_s, step_s: step })
+            }
+            Sensor::Ideal | Sensor::Encoder(_) => None,
+        };
         let mut simulated = Self {
             stepper: plant::shaft(robot).stepper(step),
             steps_per_tick,
@@ -168,6 +179,7 @@ impl SimulatedRobot {
             state: ShaftState { angle, ..ShaftState::default() },
             means: StepMeans::default(),
             sensor,
+            second: second.map(Box::new),
             delay_s,
             sample_time: settings.sample_time,
             history: History::new(angle, reach.ceil() as usize + 1),
@@ -192,9 +204,12 @@ impl SimulatedRobot {
             self.apply_supply_faults();
         }
         let (code, middle) = self.convert_angle();
-        if self.faults.line != Some(Line::Frozen) {
+        let [first, other] = self.faults.lines;
+        if first.line != Some(Line::Frozen) {
             self.last_code = code;
         }
+        let timing = Timing { delay_s: self.delay_s, step_s: self.stepper.step() };
+        let second = self.second.as_mut().map(|second| AdcCode(second.code(&other, middle, timing)));
         let late_s = match self.sample_time {
             SampleTime::Conversions => middle,
             SampleTime::Tick => 0.0,
@@ -202,6 +217,7 @@ impl SimulatedRobot {
         Sample {
             time_us: ((self.time_s() + late_s) * 1e6).round() as u64,
             angle: AdcCode(self.last_code),
+            second,
             battery: AdcCode(self.battery_code()),
         }
     }
@@ -222,7 +238,7 @@ impl SimulatedRobot {
             self.apply_supply_faults();
         }
         let duty = self.driver.effective(actuation).map(|duty| if self.faults.reversed { -duty } else { duty });
-        Period { duty: if self.faults.motor_open { None } else { duty }, cut: self.faults.line == Some(Line::Open) }
+        Period { duty: if self.faults.motor_open { None } else { duty }, cut: self.faults.lines[0].is_cut() }
     }
 
     /// One integration step under a torque (N·m) on the output shaft from outside; how the shaft turned in it.
@@ -253,6 +269,9 @@ impl SimulatedRobot {
             AngleSensor::Digital(_) => self.state.angle,
         };
         self.history.push(seen);
+        if let Some(second) = &mut self.second {
+            second.step(self.state.angle, step, &self.faults.lines[1]);
+        }
         ShaftMotion {
             angle: 0.5 * (before.angle + self.state.angle),
             speed: self.means.speed,
@@ -350,6 +369,12 @@ impl SimulatedRobot {
         }
     }
 
+    /// Middle of the second sensor's gap on the shaft, rad.
+    #[must_use]
+    pub fn second_mounting(&self) -> Option<f64> {
+        self.second.as_ref().map(|second| second.mounting())
+    }
+
     fn apply_supply_faults(&mut self) {
         if let Some(rail_v) = self.faults.rail_v {
             self.supply.rail_v = rail_v;
@@ -372,18 +397,13 @@ impl SimulatedRobot {
 
     /// The code, and the middle of its conversions against the tick, s.
     fn convert_angle(&mut self) -> (u16, f64) {
-        let (line, delay, history) = (self.faults.line, self.delay_s, &self.history);
-        let step = self.stepper.step();
-        let (factor, offset) = match line {
-            Some(Line::Noisy(share)) => (1.0, share * self.bad_contact.normal()),
-            Some(Line::Drifting(_)) => (1.0, self.faults.drifted),
-            Some(Line::Scaled(factor)) => (factor, 0.0),
-            _ => (1.0, 0.0),
-        };
+        let fault = self.faults.lines[0];
+        let (delay, history, step) = (self.delay_s, &self.history, self.stepper.step());
+        let (factor, offset) = fault.disturbance(&mut self.bad_contact);
         match &mut self.sensor {
             AngleSensor::Digital(digital) => {
                 let top = f64::from(digital.scale.top_code);
-                let code = match line {
+                let code = match fault.line {
                     Some(Line::Low) => 0,
                     Some(Line::High | Line::Open) => digital.scale.top_code,
                     _ => {
@@ -395,14 +415,9 @@ impl SimulatedRobot {
             }
             AngleSensor::Analogue(parts) => {
                 let (potentiometer, adc) = parts.as_mut();
-                let supply_v = potentiometer.track.supply_v;
-                adc.sample(|instant| match line {
-                    Some(Line::Low) => 0.0,
-                    Some(Line::High) => supply_v,
-                    _ => {
-                        let angle = history.angle((delay - instant) / step);
-                        factor * potentiometer.voltage(angle, line == Some(Line::Open)) + offset * supply_v
-                    }
+                adc.sample(|instant| {
+                    let angle = history.angle((delay - instant) / step);
+                    voltage(potentiometer, &fault, (factor, offset), angle)
                 })
             }
         }

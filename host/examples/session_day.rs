@@ -59,12 +59,13 @@ fn row(tick: u64, t_s: f64) -> TelemetryRow {
         t_s,
         tick,
         adc: (2048.0 + 1900.0 * wave) as u16,
+        adc_second: None,
         duty: Some(steps(wave, 32767.0)),
         angle_rad: steps(wave * 3.1, 32767.0 / std::f32::consts::PI),
         speed_rad_per_s: steps(-44.0 + wave, 256.0),
         battery_v: Some(steps(3.9 + 0.01 * ((tick / 10) as f32).sin(), 1000.0)),
         supply_v: None,
-        stated: Stated { state: State::Speed, fault: None, tracking: true },
+        stated: Stated { state: State::Speed, fault: None, tracking: true, failed_sensor: None },
     }
 }
 

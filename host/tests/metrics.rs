@@ -19,7 +19,7 @@ fn tick(time_s: f64, angle: f64, speed: f64) -> Tick {
     let actuation = Actuation { duty: 0.5, enable: true };
     Tick {
         time_s,
-        sample: Sample { time_us: (time_s * 1e6).round() as u64, angle: AdcCode(0), battery: AdcCode(0) },
+        sample: Sample { time_us: (time_s * 1e6).round() as u64, angle: AdcCode(0), second: None, battery: AdcCode(0) },
         actuation,
         telemetry: Telemetry {
             state: State::Speed,

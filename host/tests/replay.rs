@@ -99,6 +99,37 @@ fn every_kind_of_sensor_is_decided_again() {
 }
 
 #[test]
+fn two_sensors_are_decided_again_and_one_that_failed_is_in_the_recording() {
+    let directory = tempfile::tempdir().unwrap();
+    let two = root().join("robots/two-sensors.toml");
+    scram(
+        directory.path(),
+        &[
+            "sim",
+            "--bench",
+            "--robot",
+            two.to_str().unwrap(),
+            "--drive",
+            "freq:7",
+            "--faults",
+            "second-sensor-open@0.8",
+            "--out",
+            "run",
+        ],
+    );
+    let csv = std::fs::read_to_string(directory.path().join("run/run.csv")).unwrap();
+    let header: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
+    let failed = header.iter().position(|name| *name == "failed_sensor").expect("a column");
+    assert!(header.contains(&"adc_second"));
+    let cells = |line: &str| line.split(',').nth(failed).unwrap().to_owned();
+    assert_eq!(cells(csv.lines().nth(500).unwrap()), "");
+    assert_eq!(cells(csv.lines().last().unwrap()), "Second");
+    for run in ["run/run.csv", "run/run.mcap"] {
+        assert_identical(&replayed(directory.path(), &two, run));
+    }
+}
+
+#[test]
 fn another_gain_shows_where_and_by_how_much() {
     let directory = tempfile::tempdir().unwrap();
     let text = std::fs::read_to_string(root().join("robot.toml")).unwrap();
@@ -180,17 +211,18 @@ fn tell(recorder: &mut SessionRecorder, channel: RobotChannel, trace: &Trace, lo
             continue;
         }
         let t = &tick.telemetry;
-        let row = Row::new(tick.sample.angle, t);
+        let row = Row::new(tick.sample.angle, t).with_second(tick.sample.second);
         let told = TelemetryRow {
             t_s,
             tick: 5000 + index as u64,
             adc: row.code,
+            adc_second: row.second,
             duty: row.duty(),
             angle_rad: row.angle(),
             speed_rad_per_s: row.speed(),
             battery_v: Some(t.battery),
             supply_v: None,
-            stated: Stated { state: t.state, fault: t.fault, tracking: t.tracking },
+            stated: Stated { state: t.state, fault: t.fault, tracking: t.tracking, failed_sensor: t.failed_sensor },
         };
         recorder.sample(channel, &told).unwrap();
     }

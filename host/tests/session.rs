@@ -17,12 +17,18 @@ fn row(tick: u64) -> TelemetryRow {
         t_s: tick as f64 * 1e-3,
         tick: 90_000 + tick,
         adc: (tick % 4096) as u16,
+        adc_second: None,
         duty: (!tick.is_multiple_of(50)).then_some(wave),
         angle_rad: wave,
         speed_rad_per_s: 40.0 * wave,
         battery_v: Some(3.9),
         supply_v: None,
-        stated: Stated { state: if tick < 40 { State::Idle } else { State::Speed }, fault: None, tracking: tick > 60 },
+        stated: Stated {
+            state: if tick < 40 { State::Idle } else { State::Speed },
+            fault: None,
+            tracking: tick > 60,
+            failed_sensor: None,
+        },
     }
 }
 

@@ -11,6 +11,10 @@ pub use control::protocol::dongle::{Address, Payload, RadioKey};
 pub trait Converter {
     /// One conversion of the wiper.
     fn angle(&mut self) -> AdcCode;
+    /// One conversion of the second sensor's wiper; `None` on a board without one.
+    fn second(&mut self) -> Option<AdcCode> {
+        None
+    }
     /// One conversion of the battery's divider.
     fn battery(&mut self) -> AdcCode;
 }

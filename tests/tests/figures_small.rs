@@ -49,6 +49,11 @@ fn every_fault_ends_with_the_bridge_off() {
 }
 
 #[test]
+fn goes_on_with_the_other_sensor() {
+    assert_holds("two-sensors");
+}
+
+#[test]
 fn the_thesis_way_is_worse_where_it_is_said_to_be() {
     let rows = campaign("comparison");
     let number = |row: &Row, name: &str| row.numbers[name].as_f64().unwrap_or(f64::INFINITY);

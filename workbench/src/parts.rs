@@ -224,6 +224,11 @@ impl Converter for Board {
         code
     }
 
+    fn second(&mut self) -> Option<AdcCode> {
+        let plant = self.plant.borrow();
+        plant.sample.second.inspect(|_| pass(plant.conversion_us))
+    }
+
     fn battery(&mut self) -> AdcCode {
         let plant = self.plant.borrow();
         pass(plant.conversion_us);

@@ -99,6 +99,9 @@ impl Parameters {
         within("battery.volt_per_code", self.battery.volt_per_code, 0.0, 1.0)?;
         within("battery.volt_at_zero", self.battery.volt_at_zero, -10.0, 10.0)?;
         self.sensor.check()?;
+        if let Some(second) = &self.second {
+            second.check()?;
+        }
         self.estimator.check()?;
         within("speed.angle_gain", self.speed.angle_gain, 0.0, 1e4)?;
         within("speed.speed_gain", self.speed.speed_gain, 0.0, 1e4)?;

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::sample::AdcCode;
 use crate::sensor::SensorMap;
+use crate::sensor_pair::SecondSensor;
 
 mod check;
 pub mod table;
@@ -167,6 +168,8 @@ pub struct Estimator {
     pub initial_speed: f32,
     /// Initial standard deviation of the drag torque, N·m.
     pub initial_drag: f32,
+    /// Of two sensors, one that contradicts the other for so long, s, has failed.
+    pub sensor_persistence: f32,
 }
 
 /// Acquisition of an unknown angle.
@@ -329,6 +332,8 @@ pub struct Parameters {
     pub battery: Battery,
     /// Angle sensor.
     pub sensor: SensorMap,
+    /// The second angle sensor, where there is one.
+    pub second: Option<SecondSensor>,
     /// Estimator.
     pub estimator: Estimator,
     /// Acquisition.

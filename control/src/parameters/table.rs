@@ -177,6 +177,7 @@ pub const TABLE: &[Entry] = &[
     at_least(real!("controller.estimator.acquire_least_rad_per_s", "rad/s", 7.0, 1000.0, acquisition.least_speed)),
     real!("controller.estimator.acquire_rad_per_s", "rad/s", 0.01, 1000.0, acquisition.speed),
     real!("controller.estimator.acquire_patience_s", "s", 1e-3, 10.0, acquisition.patience),
+    real!("controller.estimator.sensor_persistence_s", "s", 0.02, 1.0, estimator.sensor_persistence),
     real!("controller.position.proportional_v_per_rad", "V/rad", 1e-3, 1e4, position.proportional),
     real!("controller.position.integral_v_per_rad_s", "V/(rad·s)", 0.0, 1e6, position.integral),
     real!("controller.position.derivative_v_s_per_rad", "V·s/rad", 0.0, 1e4, position.derivative),

@@ -7,7 +7,7 @@ use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{AdcCode, Command, Fault, Refusal, State, Telemetry};
+use crate::{AdcCode, Command, Fault, Refusal, Sensor, State, Telemetry};
 
 /// Longest ESP-NOW payload (version 1), bytes.
 pub const LONGEST: usize = 250;
@@ -213,6 +213,8 @@ pub struct Batch {
     pub fault: Option<Fault>,
     /// An angle has been acquired.
     pub tracking: bool,
+    /// Of two angle sensors the one that has failed.
+    pub failed_sensor: Option<Sensor>,
     /// Cell at the last of them, mV; 0 where it is not measured.
     pub battery_mv: u16,
     /// The ticks.
@@ -224,6 +226,8 @@ pub struct Batch {
 pub struct Row {
     /// Code of the wiper.
     pub code: u16,
+    /// Code of the second sensor's wiper, where there is one.
+    pub second: Option<u16>,
     /// Duty in 1/32767; the bridge is off where `None`.
     pub duty: Option<i16>,
     /// Estimated angle, in π/32767 rad.
@@ -243,10 +247,17 @@ impl Row {
         let actuation = telemetry.actuation;
         Self {
             code: code.0,
+            second: None,
             duty: actuation.enable.then(|| rounded(actuation.duty * DUTY_STEPS)),
             angle: rounded(telemetry.angle * ANGLE_STEPS),
             speed: rounded(telemetry.speed * SPEED_STEPS),
         }
+    }
+
+    /// The same with the second sensor's code.
+    #[must_use]
+    pub fn with_second(self, code: Option<AdcCode>) -> Self {
+        Self { second: code.map(|code| code.0), ..self }
     }
 
     /// Duty, −1 … 1; the bridge is off where `None`.
@@ -387,12 +398,14 @@ mod tests {
 
     #[test]
     fn the_longest_messages_fit() {
-        let row = Row { code: u16::MAX, duty: Some(i16::MIN), angle: i16::MIN, speed: i16::MIN };
+        let row =
+            Row { code: u16::MAX, second: Some(u16::MAX), duty: Some(i16::MIN), angle: i16::MIN, speed: i16::MIN };
         let batch = Batch {
             first_tick: u32::MAX,
             state: State::Fault,
             fault: Some(Fault::Restarted),
             tracking: true,
+            failed_sensor: Some(Sensor::Second),
             battery_mv: u16::MAX,
             rows: Vec::from_array([row; BATCH]),
         };
@@ -444,6 +457,6 @@ mod tests {
             assert!((row.speed() - speed).abs() <= 0.5001 / SPEED_STEPS);
         }
         let lost = Telemetry { angle: f32::NAN, speed: f32::INFINITY, ..Telemetry::default() };
-        assert_eq!(Row::new(AdcCode(5), &lost), Row { code: 5, duty: None, angle: 0, speed: i16::MAX });
+        assert_eq!(Row::new(AdcCode(5), &lost), Row { code: 5, second: None, duty: None, angle: 0, speed: i16::MAX });
     }
 }

@@ -63,6 +63,7 @@ pub fn parameters() -> Parameters {
             edge_margin: 0.08,
             half_play: 0.0,
         },
+        second: None,
         estimator: Estimator {
             speed: Tuning { reading: 0.1, speed: 0.01, drag: 5e-7 },
             stroke: Tuning { reading: 0.05, speed: 0.15, drag: 2e-5 },
@@ -73,6 +74,7 @@ pub fn parameters() -> Parameters {
             initial_angle: 0.05,
             initial_speed: 5.0,
             initial_drag: 5e-4,
+            sensor_persistence: 0.1,
         },
         acquisition: Acquisition { samples: 12, residual: 0.035, least_speed: 8.0, speed: 60.0, patience: 0.1 },
         speed: Speed {
@@ -180,7 +182,8 @@ impl World {
 
     /// One control period with the sample changed on its way.
     pub fn tick_with(&mut self, change: impl Fn(Sample) -> Sample) -> Actuation {
-        let sample = Sample { time_us: self.time_us, angle: AdcCode(self.code()), battery: AdcCode(2400) };
+        let sample =
+            Sample { time_us: self.time_us, angle: AdcCode(self.code()), second: None, battery: AdcCode(2400) };
         self.actuation = self.controller.tick(&change(sample));
         self.pass(1);
         self.actuation

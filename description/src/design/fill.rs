@@ -33,6 +33,11 @@ pub(super) fn parameters(
         bridge: bridge(robot, numbers)?,
         battery: battery(robot),
         sensor: sensor::map(&robot.sensor, edge_margin)?,
+        second: sensor::second(
+            &robot.sensor,
+            edge_margin,
+            [numbers.positive("estimator.reading_deg")?, numbers.positive("estimator.reading_calibrated_deg")?],
+        )?,
         estimator: estimator(robot, numbers, values)?,
         acquisition: Acquisition {
             samples: numbers.count("estimator.acquire_samples", 6, 16)?,
@@ -156,6 +161,7 @@ fn estimator(robot: &Robot, numbers: &Numbers<'_>, values: &MotorValues) -> Resu
         initial_angle: numbers.positive_angle("estimator.initial_angle_deg")? as f32,
         initial_speed: numbers.positive("estimator.initial_rad_per_s")? as f32,
         initial_drag: (numbers.positive("estimator.initial_drag_share")? * drag_scale) as f32,
+        sensor_persistence: numbers.positive("estimator.sensor_persistence_s")? as f32,
     })
 }
 

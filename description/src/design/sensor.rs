@@ -1,5 +1,8 @@
 //! The sensor map of the controller: nominal curve of potentiometer and converter, or the file's correction.
 
+use std::f64::consts::{PI, TAU};
+
+use control::SecondSensor;
 use control::sensor::{HARMONICS, Harmonic, KNOTS, Knot, SensorMap};
 
 use super::DesignError;
@@ -13,17 +16,37 @@ const END_SIGMA: f64 = 3.0;
 pub(super) fn map(sensor: &Sensor, edge_margin: f64) -> Result<SensorMap, DesignError> {
     let mut map = match sensor {
         Sensor::Ideal | Sensor::Encoder(_) => digital(sensor),
-        Sensor::Potentiometer(potentiometer) => {
-            let mut map = nominal(potentiometer);
-            if let Some(correction) = &potentiometer.correction {
-                apply(&mut map, &AdcCurve::new(&potentiometer.adc), correction)?;
-            }
-            map.half_play = (0.5 * potentiometer.hysteresis_deg.value.to_radians()) as f32;
-            map
-        }
+        Sensor::Potentiometer(potentiometer) => wiper(potentiometer)?,
     };
     // Without an arc it has no effect, but it is a parameter that people read.
     map.edge_margin = edge_margin as f32;
+    Ok(map)
+}
+
+/// The second potentiometer; `noises` are the standard deviations (any unit) of an uncalibrated and of a calibrated one.
+pub(super) fn second(sensor: &Sensor, edge_margin: f64, noises: [f64; 2]) -> Result<Option<SecondSensor>, DesignError> {
+    let Sensor::Potentiometer(first) = sensor else { return Ok(None) };
+    let (Some(second), Some(resolved)) = (&first.second, first.second_resolved()) else { return Ok(None) };
+    let noise = |part: &Potentiometer| noises[usize::from(part.correction.is_some())];
+    let offset = &second.offset_deg;
+    let turned = offset.value.to_radians();
+    Ok(Some(SecondSensor {
+        map: SensorMap { edge_margin: edge_margin as f32, ..wiper(&resolved)? },
+        // Half a turn may be a rounding beyond the circle's end.
+        offset: ((turned - TAU * (turned / TAU).round()) as f32).clamp(-PI as f32, PI as f32),
+        tolerance: (offset.high - offset.value).max(offset.value - offset.low).to_radians() as f32,
+        // From the middle of the first one's conversions to the middle of its own, which follow them.
+        delay: (0.5 * (first.adc.duration_s() + resolved.adc.duration_s())) as f32,
+        noise: (noise(&resolved) / noise(first)) as f32,
+    }))
+}
+
+fn wiper(potentiometer: &Potentiometer) -> Result<SensorMap, DesignError> {
+    let mut map = nominal(potentiometer);
+    if let Some(correction) = &potentiometer.correction {
+        apply(&mut map, &AdcCurve::new(&potentiometer.adc), correction)?;
+    }
+    map.half_play = (0.5 * potentiometer.hysteresis_deg.value.to_radians()) as f32;
     Ok(map)
 }
 
@@ -53,7 +76,7 @@ fn nominal(potentiometer: &Potentiometer) -> SensorMap {
     let knots: Vec<_> = codes.map(|code| (code, track.angle(curve.voltage(code)))).collect();
     fill(&mut map, knots.into_iter());
     map.blind_to = track.angle(curve.voltage(f64::from(map.lowest_code))) as f32;
-    map.blind_from = (track.angle(curve.voltage(f64::from(map.highest_code))) - std::f64::consts::TAU) as f32;
+    map.blind_from = (track.angle(curve.voltage(f64::from(map.highest_code))) - TAU) as f32;
     map
 }
 

@@ -78,3 +78,22 @@ fn a_motor_without_torque_is_refused() {
     robot.motor.torque_constant_nm_per_a.value = 1e-30;
     assert!(matches!(design(&robot), Err(DesignError::NotStabilisable { what: "regulator", .. })));
 }
+
+#[test]
+fn the_second_map_reads_the_shaft_from_its_own_gap() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/two-sensors.toml");
+    let robot = crate::Robot::load(&path).expect("a robot");
+    let parameters = design(&robot).expect("a controller").parameters;
+    let second = parameters.second.expect("a second sensor");
+    // The same part and converter: the same map, half a turn away.
+    assert_eq!(second.map, parameters.sensor);
+    assert!((second.offset.abs() - std::f32::consts::PI).abs() < 1e-6, "{}", second.offset);
+    assert!((second.tolerance - 3f32.to_radians()).abs() < 1e-6);
+    // Three conversions of 37 µs after three others.
+    assert!((second.delay - 111e-6).abs() < 1e-9, "{}", second.delay);
+    assert_eq!(second.noise, 1.0);
+    let Some(crate::robot::Sensor::Potentiometer(mut sensor)) = Some(robot.sensor.clone()) else { panic!() };
+    sensor.second = None;
+    let one = crate::Robot { sensor: crate::robot::Sensor::Potentiometer(sensor), ..robot };
+    assert_eq!(design(&one).expect("a controller").parameters, control::Parameters { second: None, ..parameters });
+}

@@ -3,7 +3,7 @@
 mod body;
 
 use super::radio::BIT_RATES;
-use super::{Battery, Potentiometer, Quantity, Radio, Robot, Sensor};
+use super::{Adc, Battery, Correction, Potentiometer, Quantity, Radio, Robot, Sensor};
 use crate::schema::Reader;
 use crate::tree::Table;
 
@@ -63,31 +63,50 @@ impl Checks<'_> {
     }
 
     fn potentiometer(&mut self, potentiometer: &Potentiometer) {
-        let adc = &potentiometer.adc;
-        self.whole("sensor.adc.bits", adc.bits.value);
-        self.whole("sensor.adc.conversions", adc.conversions.value);
+        self.adc("sensor.adc", &potentiometer.adc);
+        if let Some(correction) = &potentiometer.correction {
+            self.correction("sensor.correction", correction);
+        }
+        let Some(second) = &potentiometer.second else { return };
+        if let Some(adc) = &second.adc {
+            self.adc("sensor.second.adc", adc);
+        }
+        if let Some(correction) = &second.correction {
+            self.correction("sensor.second.correction", correction);
+        }
+        let gap = |electrical: &Quantity| 360.0 - electrical.value;
+        let own = second.electrical_angle_deg.as_ref().unwrap_or(&potentiometer.electrical_angle_deg);
+        let reach = 0.5 * (gap(&potentiometer.electrical_angle_deg) + gap(own));
+        let apart = 180.0 - (second.offset_deg.value - 180.0).abs();
+        if apart <= reach {
+            let message =
+                format!("is {apart}° from the first one's gap, and the two gaps reach {reach}°: they overlap");
+            self.wrong("sensor.second.offset_deg", &message, "mount it half a turn away: 180°");
+        }
+    }
+
+    fn adc(&mut self, path: &str, adc: &Adc) {
+        self.whole(&format!("{path}.bits"), adc.bits.value);
+        self.whole(&format!("{path}.conversions"), adc.conversions.value);
         let (zero, bend, top) = (adc.zero_below_v.value, adc.bend_above_v.value, adc.saturates_above_v.value);
         if !(zero < bend && bend < top) {
             let message = "zero_below_v < bend_above_v < saturates_above_v is required";
-            self.wrong("sensor.adc", message, "compare the three values");
+            self.wrong(path, message, "compare the three values");
         }
-        if let Some(correction) = &potentiometer.correction {
-            let path = "sensor.correction";
-            if !(correction.blind_from_deg < 0.0 && correction.blind_to_deg > 0.0) {
-                let help = "angle 0 is the middle of the gap; run `scram identify potentiometer` again";
-                self.wrong(path, "blind_from_deg < 0 < blind_to_deg is required", help);
-            }
-            if correction.cos_deg.len() != correction.sin_deg.len() {
-                let help = "give every harmonic both amplitudes";
-                self.wrong(path, "cos_deg and sin_deg must be equally long", help);
-            }
-            if correction.deg_per_code == 0.0 {
-                self.wrong(
-                    "sensor.correction.deg_per_code",
-                    "must not be 0",
-                    "run `scram identify potentiometer` again",
-                );
-            }
+    }
+
+    fn correction(&mut self, path: &str, correction: &Correction) {
+        if !(correction.blind_from_deg < 0.0 && correction.blind_to_deg > 0.0) {
+            let help = "angle 0 is the middle of the gap; run `scram identify potentiometer` again";
+            self.wrong(path, "blind_from_deg < 0 < blind_to_deg is required", help);
+        }
+        if correction.cos_deg.len() != correction.sin_deg.len() {
+            let help = "give every harmonic both amplitudes";
+            self.wrong(path, "cos_deg and sin_deg must be equally long", help);
+        }
+        if correction.deg_per_code == 0.0 {
+            let help = "run `scram identify potentiometer` again";
+            self.wrong(&format!("{path}.deg_per_code"), "must not be 0", help);
         }
     }
 

@@ -73,6 +73,12 @@ pub(super) const GROUPS: &[(&str, &str, &[Number])] = &[
             ("acquire_least_rad_per_s", 7.0, 1000.0, "Least speed at which the line is accepted."),
             ("acquire_rad_per_s", 0.01, 1000.0, "Speed aimed at while searching."),
             ("acquire_patience_s", 0.001, 10.0, "After so long without an angle, full voltage."),
+            (
+                "sensor_persistence_s",
+                0.02,
+                1.0,
+                "Of two angle sensors, one that contradicts the other for so long has failed.",
+            ),
         ],
     ),
     (

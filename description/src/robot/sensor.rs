@@ -43,6 +43,55 @@ table! {
         adc: Adc,
         /// What `scram identify potentiometer` found; missing for an uncalibrated sensor.
         correction: Option<Correction>,
+        /// A second potentiometer on the same shaft, whose gap lies where this one sees.
+        second: Option<SecondPotentiometer>,
+    }
+}
+
+table! {
+    /// `[sensor.second]`: what is left out is as in `[sensor]`, but for the correction, which is every part's own.
+    pub struct SecondPotentiometer {
+        /// Middle of its gap on the shaft, from the middle of the first one's, counter-clockwise. The range is how exactly the
+        /// two are mounted.
+        offset_deg: Quantity = 90.0..=270.0,
+        /// Electrical angle.
+        electrical_angle_deg: Option<Quantity> = 180.0..=359.0,
+        /// Voltage across the element (its supply).
+        supply_v: Option<Quantity> = 0.5..=24.0,
+        /// Full width of the hysteresis of the wiper.
+        hysteresis_deg: Option<Quantity> = 0.0..=30.0,
+        /// What the wiper shows in the gap.
+        in_gap: Option<InGap>,
+        /// The converter behind it.
+        adc: Option<Adc>,
+        /// What `scram identify potentiometer --sensor second` found, in angles from the middle of its own gap.
+        correction: Option<Correction>,
+    }
+}
+
+impl Potentiometer {
+    /// The second potentiometer with everything that it takes from this one, in angles from the middle of its own gap.
+    #[must_use]
+    pub fn second_resolved(&self) -> Option<Self> {
+        let second = self.second.as_ref()?;
+        let or = |own: &Option<Quantity>, first: &Quantity| own.as_ref().unwrap_or(first).clone();
+        Some(Self {
+            electrical_angle_deg: or(&second.electrical_angle_deg, &self.electrical_angle_deg),
+            supply_v: or(&second.supply_v, &self.supply_v),
+            hysteresis_deg: or(&second.hysteresis_deg, &self.hysteresis_deg),
+            in_gap: second.in_gap.unwrap_or(self.in_gap),
+            adc: second.adc.as_ref().unwrap_or(&self.adc).clone(),
+            correction: second.correction.clone(),
+            second: None,
+        })
+    }
+}
+
+impl Adc {
+    /// All conversions of a tick, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.conversions.value.round().max(1.0) * self.conversion_s.value
     }
 }
 

@@ -165,7 +165,7 @@ async fn control_loop(
         Err(error) => return println!("not started: {error}"),
     };
     let period = Duration::from_micros(period_us(controller.parameters()).into());
-    let converter = Inputs::new(analog, image.curve);
+    let converter = Inputs::new(analog, image.curve, image.settings.parameters.second.is_some());
     #[cfg(feature = "inject")]
     let converter = shell::inject::Converter::new(converter, SelfSaboteur, &SHARED);
     let parts = Parts { converter, bridge, watchdog };

@@ -5,7 +5,7 @@ use control::protocol::frame::BAUD;
 use control::protocol::lockstep::Target;
 use control::protocol::radio::Reset;
 use esp_hal::analog::adc::AdcCalLine;
-use esp_hal::peripherals::{ADC1, GPIO1, GPIO3, GPIO34, GPIO35, LPWR, Peripherals, UART0};
+use esp_hal::peripherals::{ADC1, GPIO1, GPIO3, GPIO33, GPIO34, GPIO35, LPWR, Peripherals, UART0};
 use esp_hal::rtc_cntl::SocResetReason;
 use esp_hal::uart::{Config, Uart, UartRx, UartTx};
 use esp_hal::xtensa_lx_rt::xtensa_lx::timer::get_cycle_count;
@@ -23,6 +23,8 @@ pub const TARGET: Target = Target::Esp32;
 
 /// ADC1 channel 6. The pin has no output driver.
 pub type Wiper = GPIO34<'static>;
+/// ADC1 channel 5.
+pub type SecondWiper = GPIO33<'static>;
 /// ADC1 channel 7. The pin has no output driver.
 pub type Cell = GPIO35<'static>;
 /// The line of the chip's eFuses (two points, or the reference voltage) and above 2.9 V Espressif's table: mV. This chip has no
@@ -45,7 +47,7 @@ pub(super) const ENABLE: u8 = 27;
 pub(super) fn robot(p: Peripherals) -> Robot {
     let (serial_receiver, serial_sender) = serial(p.UART0, p.GPIO3, p.GPIO1).into_async().split();
     Robot {
-        analog: Analog { adc: p.ADC1, wiper: p.GPIO34, cell: p.GPIO35 },
+        analog: Analog { adc: p.ADC1, wiper: p.GPIO34, second: p.GPIO33, cell: p.GPIO35 },
         bridge: BridgePins { ledc: p.LEDC, in1: p.GPIO25.into(), in2: p.GPIO26.into(), enable: p.GPIO27.into() },
         led: p.GPIO23.into(),
         serial_receiver,

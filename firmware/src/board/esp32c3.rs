@@ -3,7 +3,7 @@
 use control::protocol::lockstep::Target;
 use control::protocol::radio::Reset;
 use esp_hal::analog::adc::AdcCalCurve;
-use esp_hal::peripherals::{ADC1, GPIO0, GPIO1, LPWR, Peripherals};
+use esp_hal::peripherals::{ADC1, GPIO0, GPIO1, GPIO3, LPWR, Peripherals};
 use esp_hal::rtc_cntl::SocResetReason;
 use esp_hal::usb::usb_serial_jtag::{UsbSerialJtag, UsbSerialJtagRx, UsbSerialJtagTx};
 use esp_hal::{Async, Blocking};
@@ -20,6 +20,8 @@ pub const TARGET: Target = Target::Esp32c3;
 
 /// ADC1 channel 0.
 pub type Wiper = GPIO0<'static>;
+/// ADC1 channel 3.
+pub type SecondWiper = GPIO3<'static>;
 /// ADC1 channel 1.
 pub type Cell = GPIO1<'static>;
 /// One point and the polynomial of the data sheet, from the chip's eFuses: mV.
@@ -40,7 +42,7 @@ pub(super) fn robot(p: Peripherals) -> Robot {
     // The chip's own USB, GPIO18 and GPIO19.
     let (serial_receiver, serial_sender) = UsbSerialJtag::new(p.USB_DEVICE).into_async().split();
     Robot {
-        analog: Analog { adc: p.ADC1, wiper: p.GPIO0, cell: p.GPIO1 },
+        analog: Analog { adc: p.ADC1, wiper: p.GPIO0, second: p.GPIO3, cell: p.GPIO1 },
         bridge: BridgePins { ledc: p.LEDC, in1: p.GPIO4.into(), in2: p.GPIO5.into(), enable: p.GPIO10.into() },
         led: p.GPIO7.into(),
         serial_receiver,

@@ -18,7 +18,8 @@ use esp_hal::peripherals::{
 };
 
 pub use chip::{
-    Calibration, Cell, NAME, SerialReceiver, SerialSender, TARGET, Wiper, cycles, lockstep_serial, start_cycles,
+    Calibration, Cell, NAME, SecondWiper, SerialReceiver, SerialSender, TARGET, Wiper, cycles, lockstep_serial,
+    start_cycles,
 };
 pub(crate) use chip::{convert_step, driver, power_the_converter, special_reset};
 
@@ -28,6 +29,8 @@ pub struct Analog {
     pub adc: ADC1<'static>,
     /// The potentiometer's wiper.
     pub wiper: Wiper,
+    /// The second potentiometer's wiper.
+    pub second: SecondWiper,
     /// The battery's divider.
     pub cell: Cell,
 }

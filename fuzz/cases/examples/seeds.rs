@@ -44,12 +44,13 @@ fn telling(message: FromRobot) -> Telling {
 }
 
 fn tellings() -> [Telling; 3] {
-    let row = Row { code: 2000, duty: Some(12_000), angle: -3000, speed: 11_000 };
+    let row = Row { code: 2000, second: None, duty: Some(12_000), angle: -3000, speed: 11_000 };
     let batch = Batch {
         first_tick: 4000,
         state: State::Speed,
         fault: None,
         tracking: true,
+        failed_sensor: None,
         battery_mv: 3700,
         rows: std::iter::repeat_n(row, BATCH).collect(),
     };
@@ -177,11 +178,17 @@ fn record(path: &Path, metadata: &Metadata) {
     for name in ["one", "two"] {
         let robot = recorder.robot(name).expect("room");
         for tick in 0..6_u16 {
-            let stated = Stated { state: State::Speed, fault: (tick > 4).then_some(Fault::Stall), tracking: true };
+            let stated = Stated {
+                state: State::Speed,
+                fault: (tick > 4).then_some(Fault::Stall),
+                tracking: true,
+                failed_sensor: None,
+            };
             let row = TelemetryRow {
                 t_s: f64::from(tick) * 1e-3,
                 tick: u64::from(tick),
                 adc: 2000 + tick,
+                adc_second: None,
                 duty: (tick > 1).then_some(0.5),
                 angle_rad: 0.1,
                 speed_rad_per_s: 44.0,

@@ -153,7 +153,7 @@ impl Bench {
     fn tick(&mut self, code: u16, battery: u16) {
         self.ticks += 1;
         self.code = code;
-        let sample = Sample { time_us: self.time_us, angle: AdcCode(code), battery: AdcCode(battery) };
+        let sample = Sample { time_us: self.time_us, angle: AdcCode(code), second: None, battery: AdcCode(battery) };
         let actuation = self.controller.tick(&sample);
         let state = self.controller.state();
         assert!(actuation.duty.is_finite() && actuation.duty.abs() <= 1.0, "{actuation:?} in {state:?}");

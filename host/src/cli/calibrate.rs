@@ -327,7 +327,10 @@ fn advise(error: &IdentifyError) -> Report {
             "is it the potentiometer of the robot file, wired between 3.3 V and ground? Check \
              sensor.electrical_angle_deg and sensor.adc"
         }
-        IdentifyError::CodeTooLarge { .. } | IdentifyError::NoCodes { .. } | IdentifyError::NoPotentiometer { .. } => {
+        IdentifyError::NoSecond
+        | IdentifyError::CodeTooLarge { .. }
+        | IdentifyError::NoCodes { .. }
+        | IdentifyError::NoPotentiometer { .. } => {
             "the robot's firmware was built from another robot file: name that one with --robot"
         }
         IdentifyError::DriveVaries { .. } => "is another computer commanding the same robot? Repeat",

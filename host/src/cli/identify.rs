@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use description::edit::Document;
 use miette::Report;
-use scram::identify::{PotentiometerFit, potentiometer, residual_svg};
+use scram::identify::{PotentiometerFit, SecondFit, potentiometer, residual_svg, second_potentiometer};
 use scram::recording::ReadOptions;
 use serde::Serialize;
 
@@ -24,18 +24,32 @@ pub enum Identify {
 #[command(after_help = "Example:\n  \
     scram sim --drive duty:1 --seconds 2.5\n  \
     scram identify potentiometer out/run.mcap\n  \
+    scram identify potentiometer out/run.mcap --sensor second --robot robots/two-sensors.toml\n  \
     scram sim --robot out/robot.toml")]
 pub struct Potentiometer {
     /// The recording: raw codes at constant voltage, 2.5 s or more
     run: PathBuf,
+    /// Which of two sensors
+    #[arg(long, value_enum, default_value_t)]
+    sensor: Which,
     #[command(flatten)]
     common: Common,
 }
 
+/// Which of a robot's two potentiometers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Which {
+    /// [sensor]
+    #[default]
+    First,
+    /// [sensor.second]
+    Second,
+}
+
 #[derive(Serialize)]
-struct Output<'a> {
+struct Output<'a, F> {
     #[serde(flatten)]
-    fit: &'a PotentiometerFit,
+    fit: &'a F,
     files: &'a [PathBuf],
 }
 
@@ -52,25 +66,48 @@ impl Potentiometer {
         let common = &self.common;
         let robot = common.robot()?;
         let loaded = common.recording(&self.run, &robot, &ReadOptions::default())?;
-        let fit = potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
-        let files = write(common, &fit)?;
-        if common.json {
-            print_json(&Output { fit: &fit, files: &files })?;
-            return Ok(());
+        match self.sensor {
+            Which::First => {
+                let fit = potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
+                told(common, &fit, &fit, &write(common, &fit)?)
+            }
+            Which::Second => {
+                let fit = second_potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
+                told(common, &fit, &fit.own, &write_second(common, &fit)?)
+            }
         }
-        print(&facts(&fit));
-        print(&format!("written: {}, {}", files[0].display(), files[1].display()));
-        print(&format!("use it: scram sim --robot {}", files[0].display()));
-        Ok(())
     }
+}
+
+/// Says what was found and written.
+fn told(common: &Common, whole: &impl Serialize, fit: &PotentiometerFit, files: &[PathBuf; 2]) -> Done {
+    if common.json {
+        print_json(&Output { fit: whole, files })?;
+        return Ok(());
+    }
+    print(&facts(fit));
+    print(&format!("written: {}, {}", files[0].display(), files[1].display()));
+    print(&format!("use it: scram sim --robot {}", files[0].display()));
+    Ok(())
 }
 
 /// Writes the corrected robot file and the plot of what is left into `--out`.
 pub(super) fn write(common: &Common, fit: &PotentiometerFit) -> Result<[PathBuf; 2], Report> {
     let mut document = Document::load(&common.robot)?;
     document.set_correction(&fit.correction)?;
+    save(common, &document, fit)
+}
+
+fn write_second(common: &Common, fit: &SecondFit) -> Result<[PathBuf; 2], Report> {
+    let mut document = Document::load(&common.robot)?;
+    document.set_second_correction(&fit.own.correction)?;
+    document.set("sensor.second.offset_deg", &fit.offset)?;
+    save(common, &document, &fit.own)
+}
+
+fn save(common: &Common, document: &Document, fit: &PotentiometerFit) -> Result<[PathBuf; 2], Report> {
     let file = common.out.join("robot.toml");
-    common.save(&document, &file)?;
+    common.save(document, &file)?;
     let picture = common.write("potentiometer.svg", &residual_svg(fit))?;
     Ok([file, picture])
 }

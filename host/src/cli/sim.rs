@@ -124,6 +124,7 @@ impl Run {
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
         let faults = Scheduled::parse_list_within(&self.faults, seconds).map_err(|e| Failure::Usage(e.into()))?;
         let mut robot = self.common.robot()?;
+        Scheduled::check_parts(&faults, &robot).map_err(|e| Failure::Usage(e.into()))?;
         let walks = self.ground.prepare(&mut robot)?;
         Ok(Task { robot, plan: Plan { drive, seconds, faults }, walks })
     }

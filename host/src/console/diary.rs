@@ -73,13 +73,19 @@ impl Diary {
         let count = batch.rows.len() as u64;
         clock.tick += count;
         let (tick_s, channel) = (clock.tick_s, clock.channel);
-        let stated = Stated { state: batch.state, fault: batch.fault, tracking: batch.tracking };
+        let stated = Stated {
+            state: batch.state,
+            fault: batch.fault,
+            tracking: batch.tracking,
+            failed_sensor: batch.failed_sensor,
+        };
         let battery_v = (batch.battery_mv > 0).then(|| f32::from(batch.battery_mv) * 1e-3);
         for (index, row) in (0_u32..).zip(&batch.rows) {
             let row = TelemetryRow {
                 t_s: start_s + f64::from(index) * tick_s,
                 tick: first + u64::from(index),
                 adc: row.code,
+                adc_second: row.second,
                 duty: row.duty(),
                 angle_rad: row.angle(),
                 speed_rad_per_s: row.speed(),

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
-use control::Fault;
+use control::{Fault, Sensor};
 
 use super::command::{self, Command};
 use super::complete::{Completion, complete};
@@ -262,6 +262,7 @@ impl<L: Line> Engine<L> {
             }
             Event::Telemetry(batch) => {
                 self.note_fault(index, batch.fault);
+                self.note_failed_sensor(index, batch.failed_sensor);
                 let missing = self.diary.as_mut().map_or(0, |diary| diary.telemetry(index, &batch, at));
                 let robot = &mut self.model.robots[index];
                 robot.state = Some(batch.state);
@@ -282,6 +283,23 @@ impl<L: Line> Engine<L> {
                 self.model.log(Some(index), Level::Bad, text);
             }
         }
+    }
+
+    /// Once, and in the recording: the robot goes on, but has a blind arc again.
+    fn note_failed_sensor(&mut self, index: usize, failed: Option<Sensor>) {
+        let robot = &mut self.model.robots[index];
+        if std::mem::replace(&mut robot.failed_sensor, failed) == failed {
+            return;
+        }
+        let Some(failed) = failed else { return };
+        let (broken, other) = match failed {
+            Sensor::First => ("first", "second"),
+            Sensor::Second => ("second", "first"),
+        };
+        let text =
+            format!("its {broken} angle sensor has failed: it goes on with the {other} one until it is restarted");
+        self.record_event(Some(index), &SessionEvent::Note { text: text.clone() });
+        self.model.log(Some(index), Level::Warning, text);
     }
 
     fn note_fault(&mut self, index: usize, fault: Option<Fault>) {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use control::protocol::dongle::Address;
 use control::protocol::radio::{Batch, Counters};
-use control::{Fault, State};
+use control::{Fault, Sensor, State};
 
 use crate::edge;
 use crate::link::Quality;
@@ -71,6 +71,8 @@ pub struct RobotModel {
     pub fault: Option<Fault>,
     /// An angle has been acquired.
     pub tracking: bool,
+    /// Of two angle sensors the one that has failed.
+    pub failed_sensor: Option<Sensor>,
     /// The order that it follows, as typed: the last one that drives and that it has done.
     pub target: Option<String>,
     /// Cell, V.

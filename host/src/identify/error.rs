@@ -16,12 +16,18 @@ pub enum IdentifyError {
         kind: &'static str,
     },
     /// The recording has no raw codes.
-    #[error("{run}: no column `adc`: a correction is made from raw codes, not from angles")]
+    #[error("{run}: no column `{column}`: a correction is made from raw codes, not from angles")]
     #[diagnostic(help("record the raw code, e.g. `scram sim --drive duty:1 --seconds 2.5`"))]
     NoCodes {
         /// The run.
         run: String,
+        /// The column.
+        column: &'static str,
     },
+    /// The robot has one sensor.
+    #[error("the robot file has no [sensor.second]")]
+    #[diagnostic(help("leave `--sensor second` out, or name the right file with --robot"))]
+    NoSecond,
     /// A code that this converter cannot give.
     #[error("{run}: sample {sample} (t_s = {t_s}): code {code} is above full scale ({top}) of sensor.adc.bits")]
     #[diagnostic(help("is this the right robot file?"))]

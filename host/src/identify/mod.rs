@@ -34,12 +34,14 @@ mod error;
 mod phase;
 mod plot;
 mod potentiometer;
+mod second;
 mod summary;
 
 pub use arc::{GapBehaviour, ZeroSource};
 pub use error::IdentifyError;
 pub use plot::residual_svg;
 pub use potentiometer::{potentiometer, require_potentiometer};
+pub use second::{SecondFit, second_potentiometer};
 pub use summary::{PotentiometerFit, ResidualBin};
 
 #[cfg(test)]

@@ -78,7 +78,9 @@ fn readings(
     recording: &Recording,
 ) -> Result<Vec<Reading>, IdentifyError> {
     let run = || recording.path.display().to_string();
-    let AngleReading::Adc(codes) = &recording.angle else { return Err(IdentifyError::NoCodes { run: run() }) };
+    let AngleReading::Adc(codes) = &recording.angle else {
+        return Err(IdentifyError::NoCodes { run: run(), column: "adc" });
+    };
     let top = converter.top_code as u16;
     let straight_from = converter.zero_below_v + 0.05 * sensor.supply_v.value;
     let straight_to = converter.bend_v.min(converter.saturates_v);

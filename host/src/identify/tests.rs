@@ -9,7 +9,7 @@ use description::robot::{self, InGap, Quantity, Robot, Sensor};
 use hal_sim::{Settings, SimulatedRobot};
 
 use super::phase::wrap;
-use super::{GapBehaviour, IdentifyError, ZeroSource, potentiometer, residual_svg};
+use super::{GapBehaviour, IdentifyError, ZeroSource, potentiometer, residual_svg, second_potentiometer};
 use crate::recording::{AngleReading, Drive, Recording};
 
 fn within(value: f64, low: f64, high: f64) -> Quantity {
@@ -36,17 +36,20 @@ fn run(robot: &Robot, seed: u64, duty: f32, seconds: f64, in_gap: Option<InGap>)
     let mut simulated = SimulatedRobot::with(robot, seed, &settings);
     let mut recording = Recording::default();
     let (mut codes, mut duties, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+    let mut second_codes = Vec::new();
     for _ in 0..(seconds * 1000.0) as usize {
         let sample = simulated.sample();
         let now = simulated.truth();
         recording.t_s.push(sample.time_us as f64 * 1e-6);
         codes.push(Some(sample.angle.0));
+        second_codes.extend(sample.second.map(|code| Some(code.0)));
         duties.push(f64::from(duty));
         truth.push((sample.angle.0, now.angle));
         simulated.advance(Actuation { duty, enable: true });
     }
     recording.enable = vec![true; codes.len()];
     recording.angle = AngleReading::Adc(codes);
+    recording.adc_second = second_codes;
     recording.drive = Drive::Duty(duties);
     Run { recording, truth }
 }
@@ -249,4 +252,31 @@ fn the_picture_stands_alone() {
     if let Ok(folder) = std::env::var("SCRAM_REPORT_SAMPLES") {
         std::fs::write(format!("{folder}/potentiometer.svg"), &svg).unwrap();
     }
+}
+
+#[test]
+fn the_second_sensor_is_found_with_where_it_is_mounted() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/two-sensors.toml");
+    let robot = Robot::load(&path).unwrap();
+    for seed in 1000..1006 {
+        for duty in [0.95, -0.95] {
+            let recording = run(&robot, seed, duty, 2.5, None).recording;
+            let first = potentiometer(&robot, &recording).unwrap();
+            let fit = second_potentiometer(&robot, &recording).unwrap();
+            let mounting = SimulatedRobot::new(&robot, seed).second_mounting().unwrap().to_degrees();
+            // Either correction's zero is off by what the gap's edges leave; the offset takes both out.
+            let zeros = first.zero_uncertainty_deg.hypot(fit.own.zero_uncertainty_deg);
+            let error = fit.offset.value - mounting;
+            assert!(error.abs() < 0.3 + 4.0 * zeros, "seed {seed}: {error}° beside {mounting}°");
+            assert!(fit.own.correction.residual_deg < 0.15, "{}", fit.own.correction.residual_deg);
+            assert!(fit.offset.low < fit.offset.value && fit.offset.value < fit.offset.high);
+        }
+    }
+    let alone = self::robot();
+    let recording = run(&alone, 1000, 0.95, 2.5, None).recording;
+    assert_eq!(second_potentiometer(&alone, &recording), Err(IdentifyError::NoSecond));
+    assert!(matches!(
+        second_potentiometer(&robot, &recording),
+        Err(IdentifyError::NoCodes { column: "adc_second", .. })
+    ));
 }

@@ -105,7 +105,10 @@ impl Recorder {
     #[must_use]
     pub fn recording(&self, tick_s: f64) -> Recording {
         let duty = |row: &Row| f64::from(row.duty().unwrap_or(0.0));
+        let has_second = !self.rows.is_empty() && self.rows.iter().all(|(_, row)| row.second.is_some());
+        let seconds = self.rows.iter().filter(|_| has_second).map(|(_, row)| row.second);
         Recording {
+            adc_second: seconds.collect(),
             t_s: self.rows.iter().map(|(tick, _)| time_s(*tick, tick_s)).collect(),
             enable: self.rows.iter().map(|(_, row)| row.duty.is_some()).collect(),
             drive: Drive::Duty(self.rows.iter().map(|(_, row)| duty(row)).collect()),
@@ -128,8 +131,16 @@ mod tests {
     use super::*;
 
     fn batch(first_tick: u32, duty: Option<i16>) -> Batch {
-        let rows = (0..BATCH).map(|i| Row { code: i as u16, duty, angle: 0, speed: 0 }).collect();
-        Batch { first_tick, state: State::Idle, fault: None, tracking: false, battery_mv: 3900, rows }
+        let rows = (0..BATCH).map(|i| Row { code: i as u16, second: None, duty, angle: 0, speed: 0 }).collect();
+        Batch {
+            first_tick,
+            state: State::Idle,
+            fault: None,
+            tracking: false,
+            failed_sensor: None,
+            battery_mv: 3900,
+            rows,
+        }
     }
 
     #[test]

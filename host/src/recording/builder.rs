@@ -19,11 +19,12 @@ pub(super) enum Column {
     Supply,
     Angle,
     Adc,
+    AdcSecond,
     Current,
     Temperature,
 }
 
-const COLUMNS: [(&str, Column); 9] = [
+const COLUMNS: [(&str, Column); 10] = [
     ("t_s", Column::Time),
     ("enable", Column::Enable),
     ("duty", Column::Duty),
@@ -31,13 +32,14 @@ const COLUMNS: [(&str, Column); 9] = [
     ("supply_v", Column::Supply),
     ("angle_rad", Column::Angle),
     ("adc", Column::Adc),
+    ("adc_second", Column::AdcSecond),
     ("current_a", Column::Current),
     ("temperature_c", Column::Temperature),
 ];
 
 /// Columns that are known and have no place in a shaft's recording: the pose, what a simulation adds, what a controller was
 /// told and said. Not worth a note.
-const KNOWN_UNREAD: [&str; 13] = [
+const KNOWN_UNREAD: [&str; 14] = [
     "x_m",
     "y_m",
     "yaw_rad",
@@ -51,6 +53,7 @@ const KNOWN_UNREAD: [&str; 13] = [
     "state",
     "fault",
     "tracking",
+    "failed_sensor",
     "order",
 ];
 const SIMULATION_PREFIXES: [&str; 3] = ["truth_", "estimate_", "reference_"];
@@ -131,6 +134,7 @@ pub(super) struct Values {
     pub(super) supply_v: Option<f64>,
     /// rad, or a code.
     pub(super) angle: Option<f64>,
+    pub(super) adc_second: Option<f64>,
     pub(super) current_a: Option<f64>,
     pub(super) temperature_c: Option<f64>,
 }
@@ -144,6 +148,7 @@ impl Values {
             Column::Duty | Column::Voltage => self.drive = value,
             Column::Supply => self.supply_v = value,
             Column::Angle | Column::Adc => self.angle = value,
+            Column::AdcSecond => self.adc_second = value,
             Column::Current => self.current_a = value,
             Column::Temperature => self.temperature_c = value,
         }
@@ -173,6 +178,7 @@ pub(super) struct Builder {
     last_row: Row,
     last_supply: Option<f64>,
     has_supply: bool,
+    has_second: bool,
     has_current: bool,
     has_temperature: bool,
     duty_name: &'static str,
@@ -201,6 +207,7 @@ impl Builder {
             last_row: Row::Line(1),
             last_supply: None,
             has_supply: layout.has(Column::Supply),
+            has_second: layout.has(Column::AdcSecond),
             has_current: layout.has(Column::Current),
             has_temperature: layout.has(Column::Temperature),
             duty_name: if is_duty { "duty" } else { "voltage_v" },
@@ -239,6 +246,7 @@ impl Builder {
         let drive =
             self.within(row, self.duty_name, drive, if is_duty { &plausible::DUTY } else { &plausible::VOLTAGE })?;
         let angle = self.check_angle(row, t_s, values.angle)?;
+        let second = values.adc_second.map(|code| self.check_code(row, "adc_second", code)).transpose()?;
         if self.has_supply {
             // A supply measured more slowly than the rows holds until its next value.
             let supply = self.needed(row, "supply_v", values.supply_v.or(self.last_supply))?;
@@ -264,11 +272,14 @@ impl Builder {
         }
         match &mut kept.angle {
             AngleReading::Angle(column) => column.push(angle),
-            // Checked to be a whole number of 16 bit.
+            // Checked to be a code.
             AngleReading::Adc(column) => column.push(angle.map(|code| code as u16)),
         }
         if let Some(supply) = self.last_supply {
             kept.supply_v.push(supply);
+        }
+        if self.has_second {
+            kept.adc_second.push(second);
         }
         if self.has_current {
             kept.current_a.push(current_a);
@@ -321,15 +332,20 @@ impl Builder {
             return Err(self.cell(row, column, format!("{angle} is not an angle"), help));
         }
         if matches!(self.recording.angle, AngleReading::Adc(_)) {
-            if angle.fract() != 0.0 || !(0.0..=65535.0).contains(&angle) {
-                let help = "adc is the raw code; angles go into angle_rad";
-                return Err(self.cell(row, column, format!("{angle} is not a code of 0 … 65535"), help));
-            }
+            self.check_code(row, column, angle)?;
         } else {
             let judged = self.watch.angle(t_s, angle);
             judged.map_err(|(column, problem, help)| self.cell(row, column, problem, help))?;
         }
         Ok(Some(angle))
+    }
+
+    fn check_code(&self, row: Row, column: &str, code: f64) -> Result<u16, RecordingError> {
+        if code.fract() != 0.0 || !(0.0..=65535.0).contains(&code) {
+            let help = format!("{column} is the raw code; angles go into angle_rad");
+            return Err(self.cell(row, column, format!("{code} is not a code of 0 … 65535"), help));
+        }
+        Ok(code as u16)
     }
 
     /// The recording, with at least one sample.
@@ -386,6 +402,7 @@ fn thin(recording: &mut Recording) {
         AngleReading::Angle(column) => halve(column),
         AngleReading::Adc(column) => halve(column),
     }
+    halve(&mut recording.adc_second);
     halve(&mut recording.supply_v);
     halve(&mut recording.current_a);
     halve(&mut recording.temperature_c);

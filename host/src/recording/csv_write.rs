@@ -29,7 +29,8 @@ pub fn write_csv_with(
     write_csv_run(path, recording, extra, &RunLog::default(), metadata)
 }
 
-/// [`write_csv_with`] and what the controller was told and said: columns `state`, `fault`, `tracking`, and `order` with what
+/// [`write_csv_with`] and what the controller was told and said: columns `state`, `fault`, `tracking`, where a sensor of two
+/// failed `failed_sensor`, and `order` with what
 /// was ordered before a tick, as a person types it.
 ///
 /// # Errors
@@ -57,6 +58,8 @@ fn write(w: &mut impl Write, recording: &Recording, extra: &[ExtraColumn], log: 
     let mut names = rows::standard_names(recording);
     names.extend(log.numbers.iter().chain(extra).map(|column| column.name.as_str()));
     names.extend(if log.stated.is_empty() { &[][..] } else { &["state", "fault", "tracking"] });
+    let has_failed = log.stated.iter().any(|stated| stated.failed_sensor.is_some());
+    names.extend(has_failed.then_some("failed_sensor"));
     names.extend((!log.orders.is_empty()).then_some("order"));
     writeln!(w, "{}", names.join(","))?;
     let (mut cells, mut given) = (Vec::new(), 0);
@@ -76,6 +79,10 @@ fn write(w: &mut impl Write, recording: &Recording, extra: &[ExtraColumn], log: 
         if let Some(now) = log.stated.get(row) {
             let fault = now.fault.map_or_else(String::new, |fault| format!("{fault:?}"));
             write!(w, ",{:?},{fault},{}", now.state, u8::from(now.tracking))?;
+            if has_failed {
+                let failed = now.failed_sensor.map_or_else(String::new, |sensor| format!("{sensor:?}"));
+                write!(w, ",{failed}")?;
+            }
         }
         if !log.orders.is_empty() {
             let orders: Vec<&str> = log.orders_before(row, &mut given).iter().map(|o| o.text.as_str()).collect();

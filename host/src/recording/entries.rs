@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use control::supervisor::{FAULTS, STATES};
-use control::{Fault, State};
+use control::{Fault, Sensor, State};
 use mcap::records::Record;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer};
@@ -48,6 +48,8 @@ pub struct FullRow {
     pub voltage_v: Option<f64>,
     /// Raw code of the angle sensor's converter.
     pub adc: Option<f64>,
+    /// Raw code of the second angle sensor's converter.
+    pub adc_second: Option<f64>,
     /// Code of a digital angle sensor.
     pub angle_code: Option<f64>,
     /// Angle from the sensor, rad.
@@ -270,6 +272,7 @@ fn csv_row<'c>(cell: &impl Fn(&str) -> Option<&'c str>) -> FullRow {
         duty: number("duty"),
         voltage_v: number("voltage_v"),
         adc: number("adc"),
+        adc_second: number("adc_second"),
         angle_code: number("angle_code"),
         angle_rad: number("angle_rad"),
         battery_adc: number("battery_adc"),
@@ -291,5 +294,6 @@ fn stated<'c>(cell: &impl Fn(&str) -> Option<&'c str>) -> Option<Stated> {
     }
     let state: State = find(STATES, cell("state")?)?;
     let fault: Option<Fault> = cell("fault").and_then(|name| find(FAULTS, name));
-    Some(Stated { state, fault, tracking: cell("tracking") == Some("1") })
+    let failed_sensor = cell("failed_sensor").and_then(|name| find([Sensor::First, Sensor::Second], name));
+    Some(Stated { state, fault, tracking: cell("tracking") == Some("1"), failed_sensor })
 }

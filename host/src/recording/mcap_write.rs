@@ -91,7 +91,7 @@ fn write<W: std::io::Write + std::io::Seek>(
         let columns = std::iter::once("t_s").chain(extra.iter().map(|column| column.name.as_str()));
         Some(channel(&mut writer, EXTRA_TOPIC, "scram.Simulation", columns)?)
     };
-    let told = Told::begin(&mut writer, log)?;
+    let told = Told::begin(&mut writer, log, !recording.adc_second.is_empty())?;
     let start = recording.t_s.first().copied().unwrap_or(0.0);
     let mut cells = Vec::new();
     let mut given = 0;
@@ -134,14 +134,18 @@ struct Told {
 }
 
 impl Told {
-    fn begin<W: std::io::Write + std::io::Seek>(writer: &mut mcap::Writer<W>, log: &RunLog) -> mcap::McapResult<Self> {
+    fn begin<W: std::io::Write + std::io::Seek>(
+        writer: &mut mcap::Writer<W>,
+        log: &RunLog,
+        two_sensors: bool,
+    ) -> mcap::McapResult<Self> {
         let mut add = |topic: &str, name: &str, schema: Value| {
             let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
             writer.add_channel(schema, topic, "json", &BTreeMap::new())
         };
         Ok(Self {
             event: if log.orders.is_empty() { 0 } else { add("/event", "scram.Event", event_schema())? },
-            state: if log.stated.is_empty() { 0 } else { add("/state", "scram.State", state_schema())? },
+            state: if log.stated.is_empty() { 0 } else { add("/state", "scram.State", state_schema(two_sensors))? },
         })
     }
 
@@ -194,7 +198,7 @@ fn channel<'a, W: std::io::Write + std::io::Seek>(
             let kind = match column {
                 "t_s" | "duty" | "voltage_v" | "supply_v" => json!({ "type": "number" }),
                 "enable" => json!({ "type": "integer" }),
-                "adc" => json!({ "type": ["integer", "null"] }),
+                "adc" | "adc_second" => json!({ "type": ["integer", "null"] }),
                 _ => json!({ "type": ["number", "null"] }),
             };
             (column.to_owned(), kind)

@@ -48,6 +48,8 @@ pub struct Recording {
     pub drive: Drive,
     /// What the angle sensor said.
     pub angle: AngleReading,
+    /// Raw ADC code of the second angle sensor; `None` for a missing cell. Empty when there is no column.
+    pub adc_second: Vec<Option<u16>>,
     /// Bridge supply, V, where measured (NaN-free; empty when there is no column).
     pub supply_v: Vec<f64>,
     /// Motor current, A, where measured; `None` for a missing cell. Empty when there is no column.

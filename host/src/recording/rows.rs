@@ -26,6 +26,9 @@ pub(super) fn standard_names(recording: &Recording) -> Vec<&'static str> {
         names.push("supply_v");
     }
     names.push(if matches!(recording.angle, AngleReading::Adc(_)) { "adc" } else { "angle_rad" });
+    if !recording.adc_second.is_empty() {
+        names.push("adc_second");
+    }
     if !recording.current_a.is_empty() {
         names.push("current_a");
     }
@@ -49,7 +52,12 @@ pub(super) fn check_rectangular(
         AngleReading::Angle(column) => column.len(),
         AngleReading::Adc(column) => column.len(),
     };
-    let optional = [recording.supply_v.len(), recording.current_a.len(), recording.temperature_c.len()];
+    let optional = [
+        recording.supply_v.len(),
+        recording.adc_second.len(),
+        recording.current_a.len(),
+        recording.temperature_c.len(),
+    ];
     let even = recording.enable.len() == n
         && drive == n
         && angle == n
@@ -80,6 +88,9 @@ pub(super) fn standard_cells(recording: &Recording, row: usize, cells: &mut Vec<
         AngleReading::Angle(column) => column[row].into(),
         AngleReading::Adc(column) => column[row].map_or(Cell::Empty, Cell::Whole),
     });
+    if let Some(&second) = recording.adc_second.get(row) {
+        cells.push(second.map_or(Cell::Empty, Cell::Whole));
+    }
     if let Some(&current) = recording.current_a.get(row) {
         cells.push(current.into());
     }

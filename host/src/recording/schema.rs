@@ -13,22 +13,23 @@ pub(super) fn sample_schema() -> Value {
         "scram.Sample",
         json!({
             "t_s": { "type": number }, "tick": { "type": whole }, "enable": { "type": whole },
-            "duty": { "type": number }, "adc": { "type": whole }, "estimate_angle_rad": { "type": perhaps },
+            "duty": { "type": number }, "adc": { "type": whole }, "adc_second": { "type": whole }, "estimate_angle_rad": { "type": perhaps },
             "estimate_speed_rad_per_s": { "type": perhaps }, "supply_v": { "type": number },
             "battery_v": { "type": number },
         }),
     )
 }
 
-/// `/state`, `/NAME/state`.
-pub(super) fn state_schema() -> Value {
-    object(
-        "scram.State",
-        json!({
-            "t_s": { "type": "number" }, "state": { "type": "string" }, "fault": { "type": ["string", "null"] },
-            "tracking": { "type": "boolean" },
-        }),
-    )
+/// `/state`, `/NAME/state`; of a robot with two sensors also which of them has failed.
+pub(super) fn state_schema(two_sensors: bool) -> Value {
+    let mut properties = json!({
+        "t_s": { "type": "number" }, "state": { "type": "string" }, "fault": { "type": ["string", "null"] },
+        "tracking": { "type": "boolean" },
+    });
+    if two_sensors {
+        properties["failed_sensor"] = json!({ "type": ["string", "null"] });
+    }
+    object("scram.State", properties)
 }
 
 /// `/event`, `/NAME/event`.

@@ -99,6 +99,8 @@ struct SampleMessage {
     enable: u8,
     duty: f32,
     adc: u16,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    adc_second: Option<u16>,
     estimate_angle_rad: Option<f32>,
     estimate_speed_rad_per_s: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -219,6 +221,7 @@ impl SessionRecorder {
             enable: u8::from(row.duty.is_some()),
             duty: row.duty.and_then(finite).unwrap_or(0.0),
             adc: row.adc,
+            adc_second: row.adc_second,
             estimate_angle_rad: finite(row.angle_rad),
             estimate_speed_rad_per_s: finite(row.speed_rad_per_s),
             supply_v: row.supply_v.and_then(finite),
@@ -316,7 +319,7 @@ impl SessionRecorder {
         let mut add = |kind: &str, schema: &str, what: &Value, about: &BTreeMap<String, String>| {
             channel(writer, &format!("/{name}/{kind}"), schema, what, about)
         };
-        let state = add("state", "scram.State", &state_schema(), &about)?;
+        let state = add("state", "scram.State", &state_schema(true), &about)?;
         let event = add("event", "scram.Event", &event_schema(), &about)?;
         let link = add("link", "scram.Link", &link_schema(), &about)?;
         about.insert(VALUES_KEY.to_owned(), RADIO_VALUES.to_owned());

@@ -1,6 +1,6 @@
 //! What a console session records beside samples: states, events, the quality of the link. Plain data, no link in it.
 
-use control::{Command, Fault, State};
+use control::{Command, Fault, Sensor, State};
 use serde::{Deserialize, Serialize};
 
 /// One tick as a robot told it.
@@ -12,6 +12,8 @@ pub struct TelemetryRow {
     pub tick: u64,
     /// Raw code of the angle sensor.
     pub adc: u16,
+    /// Raw code of the second angle sensor, where there is one: then in every row.
+    pub adc_second: Option<u16>,
     /// Duty, −1 … 1, positive turns counter-clockwise; `None` while the bridge is off.
     pub duty: Option<f32>,
     /// Estimated angle, rad; means nothing unless `tracking`.
@@ -35,6 +37,9 @@ pub struct Stated {
     pub fault: Option<Fault>,
     /// An angle has been acquired.
     pub tracking: bool,
+    /// Of two angle sensors the one that has failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failed_sensor: Option<Sensor>,
 }
 
 /// The link over the last second or so.

@@ -150,7 +150,7 @@ impl AsRecorded {
             return Self { duty: exact(now.actuation.duty), angle: exact(now.angle), speed: exact(now.speed) };
         }
         let told = Row::new(AdcCode::default(), now);
-        let step = Row { code: 0, duty: Some(1), angle: 1, speed: 1 };
+        let step = Row { code: 0, second: None, duty: Some(1), angle: 1, speed: 1 };
         // Both are on the radio's steps: half a step tells one from the next.
         let pair = |value: f32, step: f32| (f64::from(value), 0.5 * f64::from(step));
         Self {
@@ -229,7 +229,7 @@ mod tests {
             duty: Some(f64::from(duty)),
             estimate_angle_rad: Some(f64::from(angle)),
             estimate_speed_rad_per_s: Some(f64::from(speed)),
-            stated: Some(Stated { state: State::Speed, fault: None, tracking: true }),
+            stated: Some(Stated { state: State::Speed, fault: None, tracking: true, failed_sensor: None }),
             is_radio,
             ..FullRow::default()
         }

@@ -156,7 +156,12 @@ impl Decider {
         let tick_us = f64::from(self.parameters.tick) * 1e6;
         self.rounded_times |= row.time_us.is_none();
         let time_us = row.time_us.or_else(|| row.tick.map(|tick| tick as f64 * tick_us)).unwrap_or(row.t_s * 1e6);
-        Some(Sample { time_us: time_us.round() as u64, angle: code(row.adc.or(row.angle_code)?), battery })
+        Some(Sample {
+            time_us: time_us.round() as u64,
+            angle: code(row.adc.or(row.angle_code)?),
+            second: row.adc_second.map(code),
+            battery,
+        })
     }
 
     /// The samples' exact times are not in the recording.

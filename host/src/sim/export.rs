@@ -18,11 +18,15 @@ pub fn recording(trace: &Trace, robot: &Robot) -> Recording {
             AngleReading::Angle(ticks.iter().map(|t| Some(scale.angle(f64::from(t.sample.angle.0)))).collect())
         }
     };
+    let has_second = ticks.iter().any(|t| t.sample.second.is_some());
+    let seconds = ticks.iter().map(|t| t.sample.second.map(|code| code.0));
+    let adc_second = if has_second { seconds.collect() } else { Vec::new() };
     Recording {
         t_s: ticks.iter().map(|t| t.sample.time_us as f64 / 1e6).collect(),
         enable: ticks.iter().map(|t| t.actuation.enable).collect(),
         drive: Drive::Duty(ticks.iter().map(|t| f64::from(t.actuation.duty)).collect()),
         angle,
+        adc_second,
         ..Recording::default()
     }
 }
@@ -41,7 +45,9 @@ pub fn run_log(trace: &Trace, robot: &Robot) -> RunLog {
         numbers.push(column("angle_code", |t| f64::from(t.sample.angle.0)));
     }
     let said = trace.ticks.iter().map(|tick| &tick.telemetry);
-    let stated = said.map(|t| Stated { state: t.state, fault: t.fault, tracking: t.tracking }).collect();
+    let stated = said
+        .map(|t| Stated { state: t.state, fault: t.fault, tracking: t.tracking, failed_sensor: t.failed_sensor })
+        .collect();
     let told = trace.told.iter().map(|told| LoggedOrder {
         row: told.tick,
         text: told.order.to_string(),

@@ -1,5 +1,6 @@
 //! What breaks during a run: `sensor-open@1.0,stall@1.5`.
 
+use description::robot::{Robot, Sensor};
 use hal_sim::Fault;
 
 /// What the supervisor makes of a break. `cargo figures --only faults` measures each.
@@ -73,7 +74,8 @@ impl Break {
     #[must_use]
     pub fn promise(self) -> Promise {
         match self {
-            Self::Robot(Fault::SensorNoisy { .. }) => Promise::Borne,
+            // The robot goes on with the other sensor: docs/two-sensors.md.
+            Self::Robot(Fault::SensorNoisy { .. } | Fault::SecondSensor(_)) => Promise::Borne,
             Self::Robot(Fault::SensorDrifting { .. } | Fault::AdcSaturated { .. }) => Promise::NotFound,
             Self::Robot(
                 Fault::SensorOpen
@@ -114,6 +116,23 @@ impl Scheduled {
         text.split(',').map(str::trim).filter(|entry| !entry.is_empty()).map(Self::parse).collect()
     }
 
+    /// Fails where a fault of the second sensor is to come to a robot with one.
+    ///
+    /// # Errors
+    /// The first such fault.
+    pub fn check_parts(list: &[Self], robot: &Robot) -> Result<(), FaultError> {
+        let has_second = matches!(&robot.sensor, Sensor::Potentiometer(sensor) if sensor.second.is_some());
+        let of_second = |fault: &&Self| matches!(fault.what, Break::Robot(Fault::SecondSensor(_)));
+        match list.iter().find(of_second) {
+            Some(fault) if !has_second => Err(FaultError {
+                text: fault.what.name().to_owned(),
+                problem: "the robot file has no [sensor.second]".into(),
+                names: Break::all().map(Break::name).collect::<Vec<_>>().join(", "),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// The same, for a run of so many seconds: what would break after its end is a mistake.
     ///
     /// # Errors
@@ -140,7 +159,8 @@ impl Scheduled {
 }
 
 fn wrong(text: &str, problem: String) -> FaultError {
-    let names: Vec<&str> = Break::all().map(Break::name).collect();
+    let second = Fault::SECOND.into_iter().map(Break::Robot);
+    let names: Vec<&str> = Break::all().chain(second).map(Break::name).collect();
     FaultError { text: text.to_owned(), problem, names: names.join(", ") }
 }
 
@@ -154,7 +174,7 @@ mod tests {
         let names: Vec<&str> = list.iter().map(|fault| fault.what.name()).collect();
         assert_eq!(names, ["sensor-open", "stalled", "link-lost"]);
         assert_eq!(list[1].at_s, 1.5);
-        for fault in Fault::ALL {
+        for fault in Fault::ALL.into_iter().chain(Fault::SECOND) {
             assert_eq!(Scheduled::parse_list(&format!("{}@1", fault.name())).unwrap()[0].what, Break::Robot(fault));
         }
         for wrong in ["stall", "stall@", "stall@x", "stall@-1", "fire@1"] {

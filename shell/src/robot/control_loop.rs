@@ -3,7 +3,7 @@
 use core::borrow::BorrowMut;
 
 use control::protocol::radio::{Batch, Row};
-use control::{Actuation, Controller, Sample, Telemetry};
+use control::{Actuation, AdcCode, Controller, Sample, Telemetry};
 use embassy_time::{Instant, Timer};
 use heapless::Vec;
 
@@ -74,12 +74,28 @@ fn actuate(actuation: Actuation, bridge: &mut impl Bridge, watchdog: &mut impl W
     }
 }
 
-/// The sample, its time in the middle of the angle's conversions, and how many of them are far from their median.
+/// The sample, its time in the middle of the first sensor's conversions, and how many conversions of the wipers are far from
+/// their median.
 fn measure(converter: &mut impl Converter, settings: &Settings) -> (Sample, u32) {
     let first_us = Instant::now().as_micros();
     let (angle, outliers) = median(settings.conversions, settings.outlier_lsb, || converter.angle());
     let time_us = u64::midpoint(first_us, Instant::now().as_micros());
-    (Sample { time_us, angle, battery: converter.battery() }, outliers)
+    let (second, second_outliers) = measure_second(converter, settings);
+    (Sample { time_us, angle, second, battery: converter.battery() }, outliers.saturating_add(second_outliers))
+}
+
+/// The second sensor right after the first one, as its parameters have it.
+fn measure_second(converter: &mut impl Converter, settings: &Settings) -> (Option<AdcCode>, u32) {
+    if settings.parameters.second.is_none() {
+        return (None, 0);
+    }
+    let mut is_there = true;
+    let (code, outliers) = median(settings.conversions, settings.outlier_lsb, || {
+        let code = converter.second();
+        is_there &= code.is_some();
+        code.unwrap_or_default()
+    });
+    if is_there { (Some(code), outliers) } else { (None, 0) }
 }
 
 /// `a − b`, µs.
@@ -105,13 +121,14 @@ impl Reporter {
                 state: telemetry.state,
                 fault: telemetry.fault,
                 tracking: telemetry.tracking,
+                failed_sensor: telemetry.failed_sensor,
                 battery_mv: 0,
                 rows: Vec::new(),
             }
         });
         batch.battery_mv = millivolt(telemetry.battery);
         // There is room: a full batch is handed over at once.
-        let _ = batch.rows.push(Row::new(sample.angle, telemetry));
+        let _ = batch.rows.push(Row::new(sample.angle, telemetry).with_second(sample.second));
         if batch.rows.is_full() {
             self.hand_over(shared);
         }
@@ -136,6 +153,7 @@ fn continues(batch: &Batch, period: u32, telemetry: &Telemetry) -> bool {
         && batch.state == telemetry.state
         && batch.fault == telemetry.fault
         && batch.tracking == telemetry.tracking
+        && batch.failed_sensor == telemetry.failed_sensor
 }
 
 /// To the nearest; the ends where it does not fit, 0 for no number.

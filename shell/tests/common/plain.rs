@@ -68,7 +68,7 @@ pub fn plain(
         let actuation = controller.tick(&sample);
         robot.advance(actuation);
         let telemetry = controller.telemetry();
-        PlainTick { actuation, telemetry, row: Row::new(sample.angle, &telemetry) }
+        PlainTick { actuation, telemetry, row: Row::new(sample.angle, &telemetry).with_second(sample.second) }
     };
     (0..ticks).map(tick).collect()
 }

@@ -16,7 +16,7 @@ struct Arguments {
     /// Seeds of every campaign.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
-    /// Only campaigns whose name contains this: speed, calibrated, ceiling, oscillation, mismatch, comparison, faults.
+    /// Only campaigns whose name contains this: speed, calibrated, ceiling, oscillation, mismatch, comparison, faults, two-sensors.
     #[arg(long)]
     only: Option<String>,
     /// Also write the rows as JSON.

@@ -9,6 +9,7 @@ pub mod oscillation;
 pub mod run;
 pub mod speed;
 pub mod supervision;
+pub mod two_sensors;
 
 pub use crate::row::Row;
 
@@ -16,7 +17,7 @@ pub use crate::row::Row;
 pub type Campaign = (&'static str, fn(&run::Bench, u64) -> Vec<Row>);
 
 /// Every campaign.
-pub const CAMPAIGNS: [Campaign; 7] = [
+pub const CAMPAIGNS: [Campaign; 8] = [
     ("speed", speed::rows),
     ("calibrated", calibration::rows),
     ("ceiling", ceiling::rows),
@@ -24,4 +25,5 @@ pub const CAMPAIGNS: [Campaign; 7] = [
     ("mismatch", mismatch::rows),
     ("comparison", comparison::rows),
     ("faults", supervision::rows),
+    ("two-sensors", two_sensors::rows),
 ];

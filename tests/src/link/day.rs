@@ -134,6 +134,7 @@ impl Player {
         let first_tick = self.tick;
         self.tick += BATCH as u32;
         let rows = (first_tick..self.tick).map(|tick| Tick {
+            second: None,
             code: (tick % 4096) as u16,
             duty: Some((tick % 30_000) as i16),
             angle: (tick % 32_000) as i16,
@@ -143,6 +144,7 @@ impl Player {
             first_tick,
             state: State::Speed,
             fault: None,
+            failed_sensor: None,
             tracking: true,
             battery_mv: 4100 - (f64::from(first_tick) / self.ticks as f64 * 700.0) as u16,
             rows: rows.collect(),

@@ -27,7 +27,15 @@ fn received(trace: &Trace, arrives: impl Fn(u32) -> bool, edit: impl Fn(usize, R
     for (number, rows) in (0u32..).zip(rows.chunks(BATCH)).filter(|(number, _)| arrives(*number)) {
         let first_tick = number * BATCH as u32;
         let rows = (first_tick as usize..).zip(rows).map(|(tick, row)| edit(tick, *row)).collect();
-        let batch = Batch { first_tick, state: State::Duty, fault: None, tracking: true, battery_mv: 3900, rows };
+        let batch = Batch {
+            first_tick,
+            state: State::Duty,
+            fault: None,
+            tracking: true,
+            failed_sensor: None,
+            battery_mv: 3900,
+            rows,
+        };
         let at = Duration::from_millis(u64::from(first_tick));
         recorder.take(&batch, at).expect("it goes on");
     }

@@ -93,6 +93,7 @@ fn model(robots: usize) -> Model {
         present: true,
         state: Some(State::Speed),
         tracking: true,
+        failed_sensor: None,
         target: Some("freq 7".into()),
         battery_v: Some(3.92),
         quality: Quality {
