@@ -93,7 +93,8 @@ const FIT_SIGMA: f32 = 2.0;
 /// The estimate sides with a reading that is so many times nearer than the other one. Between two that drift apart it is in
 /// the middle.
 const CLEARLY: f32 = 6.0;
-/// A reading's error is that of its angle, tick after tick: two sensors together tell as much as one alone. √2.
+/// Where both readings are used, each counts with so many times its standard deviation: their errors are those of their angles, tick
+/// after tick, so that two sensors together tell no more than one alone. Tuned in simulation.
 const TOGETHER: f32 = 3.0;
 /// A fitting reading takes back this share of the doubt that a contradicting one gathers.
 const FORGET: f32 = 0.25;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use control::State;
+use control::{Sensor, State};
 use miette::{Report, miette};
 use scram::plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots};
 use scram::recording::{Metadata, write_csv_run, write_mcap_run};
@@ -174,6 +174,9 @@ impl Run {
         for fault in &metrics.faults {
             print(&fault_line(fault));
         }
+        if let Some(line) = failed_sensor(trace) {
+            print(&line);
+        }
         let page = view.map(|page| format!("; to look at in a browser: {}", page.display()));
         print(&format!("written: {}{}", listed(&files), page.unwrap_or_default()));
         Ok(())
@@ -248,6 +251,16 @@ fn faults_help() -> String {
         names(Promise::Borne),
         names(Promise::NotFound)
     )
+}
+
+/// Of two angle sensors the one that was given up.
+fn failed_sensor(trace: &Trace) -> Option<String> {
+    let (time_s, failed) = trace.ticks.iter().find_map(|t| Some((t.time_s, t.telemetry.failed_sensor?)))?;
+    let (broken, other) = match failed {
+        Sensor::First => ("first", "second"),
+        Sensor::Second => ("second", "first"),
+    };
+    Some(format!("at {time_s:.3} s the {broken} angle sensor is given up: the robot goes on with the {other} one"))
 }
 
 fn fault_line(fault: &FaultReport) -> String {
