@@ -283,7 +283,7 @@ fn a_full_disk_is_said_the_robot_drives_on_and_the_exit_code_is_1() {
 
 /// A terminal window with the console in it, which is closed while the robot drives: the exit code of the console.
 #[cfg(target_os = "linux")]
-fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8]) -> Option<i32> {
+fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8], rows: u16) -> Option<i32> {
     let code = tty.directory.path().join("code");
     let quoted = |word: OsString| format!("'{}'", word.to_str().expect("UTF-8"));
     let mut words: Vec<String> = tty.words().into_iter().map(quoted).collect();
@@ -291,7 +291,7 @@ fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8]) -> Option<i32> {
     words.extend(arguments.iter().map(|word| quoted(word.into())));
     // As a person's shell does, this one hands the end of its window on; it outlives it, to tell.
     let shell = format!(
-        "stty rows 40 cols 120; exec 3<&0; {} <&3 & child=$!; trap 'hung=1; kill -HUP $child' HUP; \
+        "stty rows {rows} cols 120; exec 3<&0; {} <&3 & child=$!; trap 'hung=1; kill -HUP $child' HUP; \
          wait $child; code=$?; if [ -n \"$hung\" ]; then wait $child; code=$?; fi; echo $code > '{}'",
         words.join(" "),
         code.display()
@@ -327,10 +327,16 @@ fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8]) -> Option<i32> {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_window_that_is_closed_ends_the_console_in_order() {
-    for (arguments, keys) in [(&[][..], &b"clear; freq 7\r"[..]), (&["--command", "clear; freq 7; wait 20s"], b"")] {
+    // Without a screen; with one; and in a window that is too small for a prompt, which hides the cursor.
+    let cases: [(&[&str], &[u8], u16); 3] = [
+        (&["--command", "clear; freq 7; wait 20s"], b"", 40),
+        (&[], b"clear; freq 7\r", 40),
+        (&[], b"clear; freq 7\r", 3),
+    ];
+    for (arguments, keys, rows) in cases {
         let tty = OnTty::new(1);
-        let Some(code) = closed_window(&tty, arguments, keys) else { return };
-        assert_eq!(code, 1, "{arguments:?}");
+        let Some(code) = closed_window(&tty, arguments, keys, rows) else { return };
+        assert_eq!(code, 1, "{arguments:?}, {rows} rows");
         assert_eq!(tty.states(), [(State::Idle, None)], "{arguments:?}: it was told to stop");
         let loaded = load_with(&tty.recording(), &ReadOptions::default()).expect("a recording");
         assert!(!loaded.notes.iter().any(|note| note.contains("cut off")), "{arguments:?}: {:?}", loaded.notes);

@@ -154,6 +154,16 @@ pub extern "C" fn console_orders(voice: &mut Sealer, order: &radio::ToRobot, fra
     voice.seal(order, frame).map_or(0, |(frame, _)| frame.len())
 }
 
+/// The same to all.
+#[unsafe(no_mangle)]
+pub extern "C" fn console_orders_all(
+    voice: &mut Sealer,
+    order: &radio::ToRobot,
+    frame: &mut [u8; radio::LONGEST],
+) -> usize {
+    voice.seal_to_all(order, frame).map_or(0, |(frame, _)| frame.len())
+}
+
 /// What the robot says to a console of another version.
 #[unsafe(no_mangle)]
 pub extern "C" fn robot_notices(frame: &mut [u8; radio::LONGEST]) {

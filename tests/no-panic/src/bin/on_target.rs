@@ -21,6 +21,7 @@ pub extern "C" fn _start() -> ! {
     black_box(roots::ear_and_voice as *const ());
     black_box(roots::robot_tells as *const ());
     black_box(roots::console_orders as *const ());
+    black_box(roots::console_orders_all as *const ());
     black_box(roots::robot_notices as *const ());
     black_box(roots::console_calls as *const ());
     black_box(roots::console_is_welcomed as *const ());
