@@ -395,10 +395,10 @@ impl Controller {
         line: Option<Line>,
         elapsed: Elapsed,
     ) {
+        let at_rest = standstill_current(&self.parameters, self.actuation);
         // Where no angle is known, neither is the back-EMF.
         let current = self.estimator.estimate().current;
-        let is_known = self.tracking && current.is_finite();
-        let current = if is_known { current } else { standstill_current(&self.parameters, self.actuation) };
+        let current = if self.tracking && current.is_finite() { current } else { at_rest };
         self.winding.advance(&self.parameters, current, elapsed.seconds);
         let facts = Facts {
             code: sample.angle,
@@ -412,6 +412,7 @@ impl Controller {
             since_sample: elapsed.seconds,
             astray: elapsed.astray,
             missed: self.loop_health.missed(),
+            has_current: at_rest.abs() > self.parameters.supervisor.driven_current,
             heat: self.winding.heat(),
         };
         let findings = self.watcher.look(&self.parameters, &facts);

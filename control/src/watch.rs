@@ -11,7 +11,6 @@ use crate::sample::{Actuation, AdcCode};
 use crate::scalar::sign;
 use crate::sensor::Reading;
 use crate::supervisor::{Evidence, Fault, Findings, TRIGGERS};
-use crate::winding::standstill_current;
 
 /// What is known in a tick.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +37,8 @@ pub struct Facts {
     pub astray: bool,
     /// Time of the control periods that were missed, s: see [`crate::loop_health`].
     pub missed: f32,
+    /// The bridge would drive a current worth mentioning through a motor at rest.
+    pub has_current: bool,
     /// Heat in the winding, as a multiple of what the continuous current keeps in it.
     pub heat: f32,
 }
@@ -119,11 +120,11 @@ impl Watcher {
         let mut findings = Findings::default();
         for (trigger, finding) in TRIGGERS.iter().zip(&mut findings) {
             *finding = match trigger.fault {
-                Fault::Stall => stall(p, facts, moves),
+                Fault::Stall => stall(facts, moves),
                 Fault::Runaway => runaway(p, facts),
                 Fault::SensorOpen => self.open(p, facts),
                 Fault::SensorShorted => {
-                    let should_turn = facts.speed.abs() > p.supervisor.sensor_shorted.limit || has_current(p, facts);
+                    let should_turn = facts.speed.abs() > p.supervisor.sensor_shorted.limit || facts.has_current;
                     if_so(same_end && facts.actuation.enable && should_turn)
                 }
                 Fault::SensorFrozen => if_so(still && end.abs() < 0.5 && should_turn(p, facts)),
@@ -144,9 +145,7 @@ impl Watcher {
     fn open(&self, p: &Parameters, facts: &Facts) -> Evidence {
         if self.accepted_run >= BELIEVABLE_RUN {
             Evidence::Absent
-        } else if has_current(p, facts)
-            || (facts.actuation.enable && facts.speed.abs() > p.supervisor.sensor_open.limit)
-        {
+        } else if facts.has_current || (facts.actuation.enable && facts.speed.abs() > p.supervisor.sensor_open.limit) {
             Evidence::Present
         } else {
             Evidence::Unknown
@@ -159,18 +158,13 @@ fn is_driven(p: &Parameters, facts: &Facts) -> bool {
 }
 
 /// The readings stay where they are although a current drives the shaft, however weak.
-fn stall(p: &Parameters, facts: &Facts, moves: Option<bool>) -> Evidence {
+fn stall(facts: &Facts, moves: Option<bool>) -> Evidence {
     match moves {
         Some(true) => Evidence::Absent,
-        Some(false) if has_current(p, facts) => Evidence::Present,
+        Some(false) if facts.has_current => Evidence::Present,
         // At rest without being driven says nothing: a blocked shaft rests too when its target happens to be where it is.
         Some(false) | None => Evidence::Unknown,
     }
-}
-
-/// Whether the bridge would drive a current worth mentioning through a motor at rest.
-fn has_current(p: &Parameters, facts: &Facts) -> bool {
-    standstill_current(p, facts.actuation).abs() > p.supervisor.driven_current
 }
 
 fn runaway(p: &Parameters, facts: &Facts) -> Evidence {

@@ -42,5 +42,8 @@ impl Winding {
 /// Current that the bridge would drive through a motor at rest, A; 0 while it is off.
 #[must_use]
 pub fn standstill_current(p: &Parameters, actuation: Actuation) -> f32 {
+    if !actuation.enable {
+        return 0.0;
+    }
     drive::effective(&p.bridge, &p.motor, actuation, 0.0, p.bridge.rail) / p.motor.resistance
 }

@@ -118,7 +118,7 @@ fn the_watchdog_bears_with_the_erasing_of_a_sector_at_rest_and_with_nothing_whil
         let mut trial = Trial::punctual(2);
         trial.incidents = vec![(500_000, Incident::Hold(0, 400_000)), (2_000_000, Incident::Hold(0, driven_us))];
         let run = trial.run(3.0, |console| async move {
-            until(1.0).await;
+            until(1.3).await;
             ready(&console).await;
             assert_eq!(give(&console, DRIVE).await, Some(Answer::Done(None)));
             until(3.0).await;

@@ -281,7 +281,7 @@ fn a_second_talker_stops_nothing_and_is_counted() {
     let (mut host, end) = host(bench);
     host.drive(0);
     host.drive(1);
-    host.turn(Duration::from_secs(6));
+    host.turn(Duration::from_secs(9));
     let bench = end.bench();
     assert!(bench.ether.counts().injected > 1000, "{:?}", bench.ether.counts());
     for robot in &bench.robots {

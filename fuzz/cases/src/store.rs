@@ -64,7 +64,7 @@ fn check(flash: &mut Flash, of_parameters: bool) {
 fn keep(flash: &mut Flash, of_parameters: bool, number: u8) {
     if of_parameters {
         let mut set = *FACTORY;
-        set.estimator.gate += f32::from(number) / 256.0;
+        set.estimator.gate -= f32::from(number) / 256.0;
         let saved = block_on(parameters::save(flash, range(), &FACTORY, &set));
         assert_eq!(saved, Ok(()));
         assert_eq!(block_on(parameters::load(flash, range(), &FACTORY)), (set, Source::Stored));

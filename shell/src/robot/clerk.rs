@@ -2,7 +2,7 @@
 
 use control::parameters::table;
 use control::protocol::radio::{Answer, Do, ToRobot, Value, What};
-use control::{Command, Controller, Parameters, Refusal};
+use control::{Command, Controller, Parameters, Refusal, Unready};
 use embassy_time::Instant;
 
 use super::Shared;
@@ -68,6 +68,10 @@ impl Clerk {
             _ => {
                 self.to_factory = wanted.what == What::Factory;
                 let answer = execute(wanted.what, received_us, controller, factory, shared);
+                if answer == Some(Answer::Refused(Refusal::NotReady(Unready::Checking))) {
+                    // In a moment the robot knows, and the order comes again: it is repeated until it is answered.
+                    return;
+                }
                 self.last = Some((wanted.number, answer));
                 answer
             }
