@@ -1,7 +1,7 @@
 //! The tick: sample in, actuation out.
 //!
 //! What a tick costs where floating point is software, in instructions on RV32IMC under QEMU with a calibrated sensor
-//! (`cargo pil` measures it anew and holds it to its budgets): idle 12 000, speed 23 000, oscillator 25 000, and 30 000
+//! (`cargo pil` measures it anew and holds it to its budgets): idle 13 000, speed 25 000, oscillator 26 000, and 31 000
 //! at the most, when missed ticks are caught up with. That is under a fifth of 1 ms at 160 MHz if an instruction takes a
 //! cycle. What holds it there:
 //!
