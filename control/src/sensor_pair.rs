@@ -1,7 +1,7 @@
 //! Two potentiometers on one shaft, their blind arcs apart: which of them is believed, and which one has failed.
 //!
-//! Outside their own arcs both readings are used, one after the other. Where the estimate sides with one ([`FIT_SIGMA`],
-//! [`CLEARLY`]) and the other contradicts it, only the fitting one is used, and the other is doubted; doubted for long enough
+//! Outside their own arcs both readings are used, one after the other. Where the estimate sides with one (`FIT_SIGMA`,
+//! `CLEARLY`) and the other contradicts it, only the fitting one is used, and the other is doubted; doubted for long enough
 //! it has failed, is not used any more, and the robot goes on as one with a single sensor does. What needs no witness stays
 //! as it is there: two sensors that are wrong together, and the only one left, are found by the supervisor.
 //!

@@ -10,8 +10,11 @@ use serde_json::json;
 use crate::figures::run::{Bench, worst};
 use crate::row::Row;
 
+/// A script: its name, and the order at a tick.
+type Script = (&'static str, fn(u64) -> Command);
+
 /// The hottest of the thesis's experiments: it oscillates to turn on the spot (chapter 5), and holds up to 8 Hz.
-const SCRIPTS: [(&str, fn(u64) -> Command); 4] = [
+const SCRIPTS: [Script; 4] = [
     ("8 Hz", |_| Command::Speed { omega: TAU * 8.0 }),
     ("±8 Hz, turned round every second", |tick| Command::Speed {
         omega: if tick / 1000 % 2 == 0 { TAU * 8.0 } else { -TAU * 8.0 },

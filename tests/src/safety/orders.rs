@@ -83,7 +83,7 @@ impl Orders {
     }
 
     /// The order of this tick, if there is a new one.
-    pub fn next(&mut self) -> Option<Command> {
+    pub fn due(&mut self) -> Option<Command> {
         if self.left > 0 {
             self.left -= 1;
             return None;

@@ -45,7 +45,7 @@ impl Conditions {
     #[must_use]
     pub fn drawn(bench: &Bench, kind: &Kind, seed: u64) -> Self {
         let mut random = Pcg64::seed_from_u64(seed);
-        let parameters = if seed % 2 == 0 { bench.parameters } else { weakest(&bench.parameters) };
+        let parameters = if seed.is_multiple_of(2) { bench.parameters } else { weakest(&bench.parameters) };
         Self {
             seed,
             parameters,
@@ -150,7 +150,7 @@ impl Run<'_> {
     fn step(&mut self) {
         let mut sample = self.robot.sample();
         sample.angle = self.convert(sample.angle);
-        if let Some(order) = self.orders.next() {
+        if let Some(order) = self.orders.due() {
             let _ = self.controller.command(order, sample.time_us);
         }
         if self.tick.is_multiple_of(HEARTBEAT) {
