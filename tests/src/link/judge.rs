@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use control::parameters::Parameters;
 use control::supervisor::TRIGGERS;
-use control::{Fault as Cause, State};
+use control::{Actuation, Fault as Cause, State};
 use workbench::parts::WATCHDOG_US;
 
 use super::fault::{Case, Must};
@@ -170,7 +170,7 @@ fn off(p: &Parameters, case: &Case, mode: Mode, trace: &Trace, verdict: &mut Ver
             let named = trace.cause.filter(|cause| causes.contains(cause)).and_then(|cause| bound(p, cause));
             // The bound of what it is called or of what it is. Half a tick of rounding.
             let is = causes.first().and_then(|cause| bound(p, *cause)).unwrap_or_default();
-            (seconds(trace.fault_us, off_us), named.map(|bound| bound.max(is) + 5e-4))
+            (driven(p, trace, off_us), named.map(|bound| bound.max(is) + 5e-4))
         }
         Must::HeldBack => {
             let ordered_us = trace.orders_us.iter().filter(|order_us| **order_us <= off_us).max();
@@ -194,11 +194,23 @@ fn off(p: &Parameters, case: &Case, mode: Mode, trace: &Trace, verdict: &mut Ver
     }
 }
 
+/// From the fault to the bridge off, s, without the time in which the bridge could drive no current worth mentioning through a motor
+/// at rest: a shaft that is blocked where it was sent to needs none.
+fn driven(p: &Parameters, trace: &Trace, off_us: u64) -> f64 {
+    let has_current = |told: &Actuation| {
+        let left_v = p.bridge.rail * told.duty.abs() - p.bridge.drop;
+        told.enable && left_v > p.supervisor.driven_current * p.motor.resistance
+    };
+    let ends = trace.told.iter().skip(1).map(|(at_us, _)| *at_us).chain([off_us]);
+    let spans = trace.told.iter().zip(ends).filter(|((_, told), _)| has_current(told));
+    spans.map(|((from_us, _), to_us)| seconds((*from_us).max(trace.fault_us), to_us.min(off_us)).max(0.0)).sum()
+}
+
 fn seconds(from_us: u64, to_us: u64) -> f64 {
     (to_us as f64 - from_us as f64) * 1e-6
 }
 
-type Told = (u64, control::Actuation);
+type Told = (u64, Actuation);
 
 fn before(trace: &Trace) -> Vec<Told> {
     before_of(trace, trace.fault_us)
