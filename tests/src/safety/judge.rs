@@ -1,11 +1,10 @@
 //! Whether a run was safe.
 
 use control::Fault as Cause;
-use control::parameters::Parameters;
-use control::supervisor::TRIGGERS;
 
 use super::broken::Broken;
 use super::run::{Conditions, Outcome};
+use crate::link::judge::bound;
 
 /// What came of a run.
 #[derive(Clone, Debug)]
@@ -26,13 +25,6 @@ const HEAT_MARGIN: f64 = 1.15;
 const STARVED_S: f64 = 0.2;
 /// A tick of rounding, and one for the order to come, s.
 const ROUNDING_S: f64 = 2e-3;
-
-/// The bound of a fault, s.
-#[must_use]
-pub fn bound(p: &Parameters, fault: Cause) -> Option<f64> {
-    let trigger = TRIGGERS.iter().find(|trigger| trigger.fault == fault)?;
-    Some(f64::from((trigger.watch)(&p.supervisor).bound))
-}
 
 /// Judges a run.
 #[must_use]
