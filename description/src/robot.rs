@@ -11,12 +11,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
+pub use self::effects::Effects;
 pub use body::{Backbone, Body, Eccentric, Feet, Ground, Module, ModuleKind};
 pub use controller::Controller;
-pub use effects::{
-    BatterySag, CoulombFriction, DriverDeadband, DriverDrop, Effects, FootAnisotropy, FootLoadFriction, FootStribeck,
-    GravityTilt, GroundSlope, LoadFriction, SensorDelay, SensorNonlinearity, StribeckFriction,
-};
 pub use radio::Radio;
 pub use sensor::{Adc, Correction, Encoder, InGap, Potentiometer, SecondPotentiometer, Sensor};
 

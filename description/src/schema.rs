@@ -185,22 +185,8 @@ impl Reader {
     }
 }
 
-/// Effects that have a name but no table yet: planned, and named so everywhere.
-const PLANNED: &[&str] = &[
-    "torque_ripple",
-    "backlash",
-    "winding_heating",
-    "grease_warming",
-    "sensor_lag",
-    "blind_arc",
-    "shaft_compliance",
-    "payload_offset",
-    "backbone_hardening",
-    "backbone_mismatch",
-];
-
 fn unknown_effect(key: &str, known: &[&str]) -> (String, String) {
-    if PLANNED.contains(&key) {
+    if effects::PLANNED.contains(&key) {
         let message = "this effect has a name but is not modelled yet".into();
         return (message, format!("remove the table; modelled are {}", known.join(", ")));
     }

@@ -41,8 +41,8 @@ fn what_is_not_overridden_is_the_bases() {
 fn a_removed_table_is_gone() {
     let (_directory, path) = variant("base = \"robot.toml\"\nremove = [\"effects.battery_sag\"]\n");
     let robot = Robot::load(&path).unwrap();
-    assert_eq!(robot.effects.battery_sag, None);
-    assert!(robot.effects.driver_drop.is_some());
+    assert_eq!(robot.effects.get::<effects::BatterySag>(), None);
+    assert!(robot.effects.get::<effects::DriverDrop>().is_some());
 }
 
 #[test]

@@ -71,8 +71,8 @@ fn stribeck_takes_the_place_of_coulomb() {
     document.remove("effects.coulomb_friction").unwrap();
     document.set_effect("stribeck_friction", &stribeck()).unwrap();
     let effects = document.robot().unwrap().effects;
-    assert_eq!(effects.coulomb_friction, None);
-    assert_eq!(effects.stribeck_friction.unwrap().breakaway_excess_nm, stribeck()[1].1);
+    assert_eq!(effects.quantity("coulomb_friction", "torque_nm"), None);
+    assert_eq!(effects.quantity("stribeck_friction", "breakaway_excess_nm"), Some(&stribeck()[1].1));
     // Once more: replaced, not doubled.
     document.set_effect("stribeck_friction", &stribeck()).unwrap();
     assert_eq!(document.to_string().matches("[effects.stribeck_friction]").count(), 1);
@@ -134,9 +134,8 @@ fn a_variant_is_edited_without_touching_its_base() {
     document.set_effect("stribeck_friction", &stribeck()).unwrap();
     let robot = document.robot().unwrap();
     assert_eq!(robot.motor.resistance_ohm.value, 16.0);
-    assert_eq!(robot.effects.battery_sag, None);
-    assert_eq!(robot.effects.coulomb_friction, None);
-    assert!(robot.effects.stribeck_friction.is_some() && robot.effects.driver_drop.is_some());
+    let listed: Vec<_> = robot.effects.listed().map(effects::Id::name).collect();
+    assert_eq!(listed, ["stribeck_friction", "driver_drop", "sensor_nonlinearity"]);
     // Elsewhere it still finds its base.
     let directory = tempfile::tempdir().unwrap();
     let elsewhere = directory.path().join("extended.toml");
@@ -154,9 +153,10 @@ fn what_was_removed_can_come_back() {
         ("relaxation_s", quantity(0.1, 0.05, 0.2)),
     ];
     document.set_effect("battery_sag", &sag).unwrap();
-    assert_eq!(document.robot().unwrap().effects.battery_sag.unwrap().resistance_ohm, sag[0].1);
+    let effects = document.robot().unwrap().effects;
+    assert_eq!(effects.quantity("battery_sag", "resistance_ohm"), Some(&sag[0].1));
     document.remove("effects.battery_sag").unwrap();
-    assert_eq!(document.robot().unwrap().effects.battery_sag, None);
+    assert_eq!(document.robot().unwrap().effects.quantity("battery_sag", "resistance_ohm"), None);
 }
 
 #[test]

@@ -56,14 +56,13 @@ const WALKING_NM: f64 = 0.3e-3;
 /// The highest steady frequency under a load (N·m), Hz, from the file's own nominal numbers.
 fn ceiling_hz(robot: &Robot, load_nm: f64) -> f64 {
     let motor = &robot.motor;
-    let drop = robot.effects.driver_drop.as_ref().unwrap();
-    let sag = robot.effects.battery_sag.as_ref().unwrap();
-    let friction = robot.effects.coulomb_friction.as_ref().unwrap().torque_nm.value + load_nm;
+    let drop = robot.effects.get::<effects::DriverDrop>().unwrap();
+    let sag = robot.effects.get::<effects::BatterySag>().unwrap();
+    let friction = robot.effects.get::<effects::CoulombFriction>().unwrap().torque_nm + load_nm;
     let k = motor.torque_constant_nm_per_a.value;
-    let resistance =
-        motor.resistance_ohm.value + drop.slope_ohm.value + sag.resistance_ohm.value + sag.relaxation_ohm.value;
+    let resistance = motor.resistance_ohm.value + drop.slope_ohm + sag.resistance_ohm + sag.relaxation_ohm;
     // k i = friction + b ω and k ω = supply − drop − resistance i
-    let voltage = robot.supply.rail_v.value - drop.drop_v.value;
+    let voltage = robot.supply.rail_v.value - drop.drop_v;
     let damping = k + resistance * motor.viscous_nm_s_per_rad.value / k;
     (voltage - resistance * friction / k) / damping / std::f64::consts::TAU
 }

@@ -1,5 +1,5 @@
-//! From the commanded duty to the duty that arrives: PWM register, dead time, deadband. The bridge's voltage drop
-//! depends on the current and therefore lives in [`crate::shaft::BridgeDrop`].
+//! From the commanded duty to the duty at the switches: PWM register and dead time. What else is lost on the way are
+//! effects ([`effects::Laws::duty`], [`effects::Laws::bridge`]).
 
 use control::Actuation;
 use description::robot::Robot;
@@ -11,13 +11,11 @@ pub struct Driver {
     pub pwm_steps: f64,
     /// Duty lost in every period that switches: dead time × PWM frequency, 1.
     pub dead_duty: f64,
-    /// Duty up to which nothing comes out, and that is missing beyond (effect `driver_deadband`), 1.
-    pub deadband: f64,
 }
 
 impl Driver {
     /// A driver that follows exactly.
-    pub const IDEAL: Self = Self { pwm_steps: 0.0, dead_duty: 0.0, deadband: 0.0 };
+    pub const IDEAL: Self = Self { pwm_steps: 0.0, dead_duty: 0.0 };
 
     /// From the robot file.
     #[must_use]
@@ -26,28 +24,31 @@ impl Driver {
         Self {
             pwm_steps: driver.pwm_steps.value.round().max(0.0),
             dead_duty: driver.dead_time_s.value * driver.pwm_frequency_hz.value,
-            deadband: robot.effects.driver_deadband.as_ref().map_or(0.0, |band| band.width_duty.value),
         }
     }
 
-    /// The duty that reaches the bridge, −1 … 1; `None`: every switch is off.
+    /// The duty at the switches, −1 … 1; `None`: every switch is off.
     ///
     /// A NaN is what a float-to-integer conversion makes of it: a zero in the compare register (the bridge brakes).
-    /// Beyond ±1 the register saturates. A full duty does not switch and loses no dead time.
     #[must_use]
     pub fn effective(&self, actuation: Actuation) -> Option<f64> {
         if !actuation.enable {
             return None;
         }
-        let command = if actuation.duty.is_nan() { 0.0 } else { f64::from(actuation.duty).clamp(-1.0, 1.0) };
-        let mut share = command.abs();
+        Some(self.switched(if actuation.duty.is_nan() { 0.0 } else { f64::from(actuation.duty) }))
+    }
+
+    /// The duty at the switches, −1 … 1, of one that is commanded. Beyond ±1 the register saturates. A full duty does not
+    /// switch and loses no dead time.
+    #[must_use]
+    pub fn switched(&self, duty: f64) -> f64 {
+        let mut share = duty.abs().min(1.0);
         if self.pwm_steps > 0.0 {
             share = (share * self.pwm_steps).round() / self.pwm_steps;
         }
         if share < 1.0 {
             share = (share - self.dead_duty).max(0.0);
         }
-        share = (share - self.deadband).max(0.0);
-        Some(share.copysign(command))
+        share.copysign(duty)
     }
 }

@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 
 use description::angle_code::Track;
 use description::robot::InGap;
+use effects::Laws;
 
-use crate::linearity::Linearity;
+use crate::plant::dragged;
 use crate::random::Stream;
 
 /// Standard deviation of the rate at which a floating input drifts in the gap, V/s, drawn anew at every entry. Estimate:
@@ -17,8 +18,8 @@ pub const DRIFT_V_PER_S: f64 = 10.0;
 pub struct Potentiometer {
     /// Nominal track.
     pub track: Track,
-    /// Angle error over the turn.
-    pub linearity: Linearity,
+    /// The effects between shaft and reading.
+    pub laws: Laws,
     /// Half of the wiper's play, rad.
     pub half_play: f64,
     /// What it shows in the gap.
@@ -34,27 +35,20 @@ pub struct Potentiometer {
 impl Potentiometer {
     /// A potentiometer at a shaft angle (rad). The play starts in its middle. `gap` feeds what an insulated wiper shows.
     #[must_use]
-    pub fn new(
-        track: Track,
-        linearity: Linearity,
-        hysteresis: f64,
-        in_gap: InGap,
-        shaft_angle: f64,
-        mut gap: Stream,
-    ) -> Self {
+    pub fn new(track: Track, laws: Laws, hysteresis: f64, in_gap: InGap, shaft_angle: f64, mut gap: Stream) -> Self {
         // A wiper that starts on insulation floats anywhere.
         let held_v = gap.uniform(0.0, track.supply_v);
         let drift_v_per_s = DRIFT_V_PER_S * gap.normal();
         let floating = track.in_gap(shaft_angle);
         let half_play = 0.5 * hysteresis;
-        Self { track, linearity, half_play, in_gap, wiper: shaft_angle, floating, held_v, drift_v_per_s, gap }
+        Self { track, laws, half_play, in_gap, wiper: shaft_angle, floating, held_v, drift_v_per_s, gap }
     }
 
     /// Moves the shaft (rad) within a step (s) and returns the wiper's angle, rad. `cut` is a broken wiper lead.
     #[inline]
     pub fn step(&mut self, shaft_angle: f64, step: f64, cut: bool) -> f64 {
         let before = self.wiper;
-        self.wiper = self.wiper.max(shaft_angle - self.half_play).min(shaft_angle + self.half_play);
+        self.wiper = dragged(self.wiper, self.half_play, shaft_angle);
         let floating = cut || self.track.in_gap(self.wiper);
         if floating && !self.floating {
             // The line's capacitance keeps what the track last gave it.
@@ -74,11 +68,11 @@ impl Potentiometer {
         self.wiper
     }
 
-    /// Voltage (V) that the track gives at an angle (rad), linearity error included.
+    /// Voltage (V) that the track gives at an angle (rad), the effects' errors included.
     #[must_use]
     pub fn on_track(&self, angle: f64) -> f64 {
         let turn = angle.rem_euclid(TAU) - self.track.half_gap;
-        ((turn + self.linearity.error(angle)) / self.track.angle_per_v()).clamp(0.0, self.track.supply_v)
+        ((turn + self.laws.reading_error(angle)) / self.track.angle_per_v()).clamp(0.0, self.track.supply_v)
     }
 
     /// Voltage (V) at the converter when the wiper stands at an angle (rad); `cut` is a broken wiper lead.

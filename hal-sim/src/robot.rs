@@ -5,14 +5,15 @@ use std::f64::consts::{PI, TAU};
 use control::{Actuation, AdcCode, Sample};
 use description::angle_code::{AdcCurve, Track, angle_scale, battery_curve};
 use description::robot::{InGap, Robot, Sensor};
+use effects::{Laws, SensorNonlinearity};
 
 use crate::adc::Adc;
 use crate::digital::Digital;
 use crate::driver::Driver;
 use crate::faults::{Fault, Faults, Line};
 use crate::history::History;
-use crate::linearity::Linearity;
-use crate::plant;
+use crate::linearity;
+use crate::plant::Plant;
 use crate::potentiometer::Potentiometer;
 use crate::random::{Source, Stream};
 use crate::second_sensor::{SecondSensor, Timing, voltage};
@@ -144,7 +145,7 @@ const DEFAULT_TICK_S: f64 = 1e-3;
 impl SimulatedRobot {
     /// The robot of a file at its nominal parameters. The seed draws the start angle (uniform over the turn), the charge
     /// (50 to 100 %), what the wiper shows in its gap (where the file says `any`), the linearity error
-    /// ([`Linearity::draw`]), the converter's noise level (from its range) and nonlinearity, noise, spikes and jitter; and
+    /// ([`linearity::draw`]), the converter's noise level (from its range) and nonlinearity, noise, spikes and jitter; and
     /// the same for a second sensor, with where it is mounted.
     #[must_use]
     pub fn new(robot: &Robot, seed: u64) -> Self {
@@ -160,22 +161,22 @@ impl SimulatedRobot {
         let drawn_angle = Stream::new(seed, Source::StartAngle).uniform(-PI, PI);
         let angle = settings.start_angle.unwrap_or(drawn_angle);
         let charge = settings.charge.unwrap_or_else(|| Stream::new(seed, Source::Charge).uniform(0.5, 1.0));
-        let sensor = AngleSensor::new(robot, seed, settings, angle);
-        let delay_s = robot.effects.sensor_delay.as_ref().map_or(0.0, |delay| delay.delay_s.value);
+        let Plant { driver, supply, shaft, .. } = Plant::new(robot, charge);
+        let sensor = AngleSensor::new(robot, specimen_laws(robot, seed, settings), seed, settings, angle);
+        let delay_s = shaft.laws.reading_age();
         let reach = (delay_s + sensor.reach_s()) / step;
         let second = match &robot.sensor {
             Sensor::Potentiometer(file) => {
-                let nonlinearity = robot.effects.sensor_nonlinearity.as_ref();
-                SecondSensor::new(file, nonlinearity, seed, angle, Timing { delay_s, step_s: step })
+                SecondSensor::new(file, &robot.effects, seed, angle, Timing { delay_s, step_s: step })
             }
             Sensor::Ideal | Sensor::Encoder(_) => None,
         };
         let mut simulated = Self {
-            stepper: plant::shaft(robot).stepper(step),
+            stepper: shaft.stepper(step),
             steps_per_tick,
             tick_s,
-            driver: Driver::new(robot),
-            supply: Supply::new(robot, charge),
+            driver,
+            supply,
             state: ShaftState { angle, ..ShaftState::default() },
             means: StepMeans::default(),
             sensor,
@@ -190,7 +191,7 @@ impl SimulatedRobot {
             energy_j: 0.0,
             tick: 0,
         };
-        simulated.supply.idle();
+        simulated.supply.idle(&shaft.laws);
         // What a sensor frozen from the start repeats.
         simulated.last_code = simulated.convert_angle().0;
         simulated
@@ -237,7 +238,9 @@ impl SimulatedRobot {
         if self.faults.due(self.time_s()) {
             self.apply_supply_faults();
         }
-        let duty = self.driver.effective(actuation).map(|duty| if self.faults.reversed { -duty } else { duty });
+        let laws = &self.stepper.shaft().laws;
+        let duty = self.driver.effective(actuation).map(|duty| laws.duty(duty));
+        let duty = duty.map(|duty| if self.faults.reversed { -duty } else { duty });
         Period { duty: if self.faults.motor_open { None } else { duty }, cut: self.faults.lines[0].is_cut() }
     }
 
@@ -251,7 +254,7 @@ impl SimulatedRobot {
                 Terminals::Driven { voltage: duty * rail }
             }
             None => {
-                self.supply.idle();
+                self.supply.idle(&self.stepper.shaft().laws);
                 Terminals::Open
             }
         };
@@ -281,7 +284,7 @@ impl SimulatedRobot {
 
     /// Ends a control period.
     pub(crate) fn end_period(&mut self) {
-        self.supply.end_period(self.tick_s);
+        self.supply.end_period(&self.stepper.shaft().laws, self.tick_s);
         self.faults.advance(self.tick_s);
         self.tick += 1;
     }
@@ -362,11 +365,12 @@ impl SimulatedRobot {
 
     /// The sensor's linearity error.
     #[must_use]
-    pub fn linearity(&self) -> Linearity {
-        match &self.sensor {
-            AngleSensor::Analogue(parts) => parts.0.linearity,
-            AngleSensor::Digital(digital) => digital.linearity,
-        }
+    pub fn linearity(&self) -> SensorNonlinearity {
+        let laws = match &self.sensor {
+            AngleSensor::Analogue(parts) => &parts.0.laws,
+            AngleSensor::Digital(digital) => &digital.laws,
+        };
+        laws.sensor_nonlinearity.unwrap_or_default()
     }
 
     /// Middle of the second sensor's gap on the shaft, rad.
@@ -434,15 +438,14 @@ impl SimulatedRobot {
 }
 
 impl AngleSensor {
-    fn new(robot: &Robot, seed: u64, settings: &Settings, angle: f64) -> Self {
-        let linearity = linearity(robot, seed, settings);
+    fn new(robot: &Robot, laws: Laws, seed: u64, settings: &Settings, angle: f64) -> Self {
         let scale = angle_scale(&robot.sensor);
         let encoder_noise = Stream::new(seed, Source::Encoder);
         match &robot.sensor {
-            Sensor::Ideal => Self::Digital(Digital::new(scale, linearity, 0.0, encoder_noise)),
+            Sensor::Ideal => Self::Digital(Digital::new(scale, laws, 0.0, encoder_noise)),
             Sensor::Encoder(encoder) => {
                 let noise = encoder.noise_deg.value.to_radians();
-                Self::Digital(Digital::new(scale, linearity, noise, encoder_noise))
+                Self::Digital(Digital::new(scale, laws, noise, encoder_noise))
             }
             Sensor::Potentiometer(file) => {
                 let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];
@@ -453,7 +456,7 @@ impl AngleSensor {
                 };
                 let potentiometer = Potentiometer::new(
                     Track::new(file),
-                    linearity,
+                    laws,
                     file.hysteresis_deg.value.to_radians(),
                     in_gap,
                     angle,
@@ -473,12 +476,11 @@ impl AngleSensor {
     }
 }
 
-fn linearity(robot: &Robot, seed: u64, settings: &Settings) -> Linearity {
-    let Some(effect) = &robot.effects.sensor_nonlinearity else {
-        return Linearity::default();
-    };
-    let drawn = Linearity::draw(effect, &mut Stream::new(seed, Source::Linearity));
-    settings.linearity_peak.map_or(drawn, |peak| drawn.with_peak(peak))
+/// The file's laws, with the sensor's error drawn where the file knows only its bounds.
+fn specimen_laws(robot: &Robot, seed: u64, settings: &Settings) -> Laws {
+    let drawn = linearity::draw(&robot.effects, &mut Stream::new(seed, Source::Linearity));
+    let sensor_nonlinearity = drawn.map(|error| settings.linearity_peak.map_or(error, |peak| error.with_peak(peak)));
+    Laws { sensor_nonlinearity, ..robot.effects.laws() }
 }
 
 impl BatteryReading {

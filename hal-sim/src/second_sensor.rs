@@ -2,12 +2,13 @@
 //! robot without it.
 
 use description::angle_code::Track;
-use description::robot::{InGap, Potentiometer as File, Quantity, SensorNonlinearity};
+use description::robot::{Effects, InGap, Potentiometer as File};
+use effects::Laws;
 
 use crate::adc::Adc;
 use crate::faults::{Line, LineFault};
 use crate::history::History;
-use crate::linearity::Linearity;
+use crate::linearity;
 use crate::potentiometer::Potentiometer;
 use crate::random::{Source, Stream};
 
@@ -35,25 +36,18 @@ pub(crate) struct Timing {
 impl SecondSensor {
     /// The second sensor of a file at a shaft angle (rad): mounted somewhere within the range of its offset, its linearity
     /// error drawn from the ranges (what an identification has found is the first one's).
-    pub fn new(
-        first: &File,
-        nonlinearity: Option<&SensorNonlinearity>,
-        seed: u64,
-        shaft_angle: f64,
-        timing: Timing,
-    ) -> Option<Self> {
+    pub fn new(first: &File, effects: &Effects, seed: u64, shaft_angle: f64, timing: Timing) -> Option<Self> {
         let file = first.second_resolved()?;
         let offset = &first.second.as_ref()?.offset_deg;
         let mounting = Stream::new(seed, Source::SecondMounting).uniform(offset.low, offset.high).to_radians();
         let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];
         let drawn = behaviours[Stream::new(seed, Source::SecondGapBehaviour).below(3) as usize];
         let in_gap = if file.in_gap == InGap::Any { drawn } else { file.in_gap };
-        let linearity = nonlinearity.map_or_else(Linearity::default, |effect| {
-            Linearity::draw(&unknown(effect), &mut Stream::new(seed, Source::SecondLinearity))
-        });
+        let sensor_nonlinearity = linearity::draw_unknown(effects, &mut Stream::new(seed, Source::SecondLinearity));
+        let laws = Laws { sensor_nonlinearity, ..effects.laws() };
         let potentiometer = Potentiometer::new(
             Track::new(&file),
-            linearity,
+            laws,
             file.hysteresis_deg.value.to_radians(),
             in_gap,
             shaft_angle - mounting,
@@ -112,16 +106,5 @@ pub(crate) fn voltage(
         Some(Line::Low) => 0.0,
         Some(Line::High) => supply_v,
         _ => factor * potentiometer.voltage(angle, fault.is_cut()) + offset * supply_v,
-    }
-}
-
-/// The effect with its ranges alone.
-fn unknown(effect: &SensorNonlinearity) -> SensorNonlinearity {
-    let zero = |quantity: &Quantity| Quantity { value: 0.0, ..quantity.clone() };
-    SensorNonlinearity {
-        cos1_deg: zero(&effect.cos1_deg),
-        sin1_deg: zero(&effect.sin1_deg),
-        cos2_deg: zero(&effect.cos2_deg),
-        sin2_deg: zero(&effect.sin2_deg),
     }
 }

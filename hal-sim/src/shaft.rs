@@ -5,19 +5,23 @@
 //! * Winding, thesis (4.1): `L di/dt = v − R i − K ω`. `L/R` is about 10 µs, so the current is advanced by its closed
 //!   form for a speed that is linear in time over the step, and the torque uses its mean over the step: the electrical
 //!   time constant never forces the step.
-//! * Bridge: an H-bridge with slow decay, averaged over a PWM period. Its transistors and diodes take `drop_v` against
-//!   the current, so no current flows while `|v − K ω| < drop_v`, and `slope_ohm` adds to the winding's resistance.
-//! * Shaft, thesis (4.2) with friction, gravity and what else pulls at it from outside:
-//!   `J dω/dt = K i − b ω − g(ω, load)·s − τ_g sin(θ − θ_g) + τ`.
+//! * Bridge: an H-bridge with slow decay, averaged over a PWM period. Where its transistors and diodes take `drop_v` against
+//!   the current, no current flows while `|v − K ω| < drop_v`, and `slope_ohm` adds to the winding's resistance.
+//! * Shaft, thesis (4.2) with friction, the torques of effects `τ_e(θ)` and what else pulls at it from outside:
+//!   `J dω/dt = K i − b ω − g(ω, load)·s + τ_e(θ) + τ`.
 //! * Friction: Dahl's bristle (P. R. Dahl, "A solid friction model", 1968) in normalised form,
-//!   `ds/dt = (ω/δ)(1 − s·sign ω)`, `|s| ≤ 1`, with `g` the level it slides at: Coulomb, Stribeck, and a share of the
-//!   torque that the teeth transmit. `δ` is the presliding length.
+//!   `ds/dt = (ω/δ)(1 − s·sign ω)`, `|s| ≤ 1`, with `g` the level it slides at and `δ` the presliding length. One bristle
+//!   carries all friction.
+//!
+//! The laws of friction, of the bridge's drop and of torques are the effects' ([`effects::Laws`]).
 //!
 //! The integrator is the implicit midpoint rule in what can be stiff (back-EMF, viscous damping, the bristle's spring)
 //! and explicit in gravity: second order where the motion is smooth. Where the step is too long for the bristle's spring
 //! the rule turns into backward Euler, so that a stop is a stop and no chatter; at the default robot's step that share
 //! is below 1e-5. The bristle costs one Newton correction in an ordinary step; only a reversal that jumps over the
 //! bristle's whole length within a step takes more.
+
+use effects::Laws;
 
 /// What the bridge does to the winding during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,61 +33,6 @@ pub enum Terminals {
     },
     /// All switches off: the current dies within microseconds and the shaft coasts.
     Open,
-}
-
-/// Friction of gearbox and sensor at the output shaft. All zero: none.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Friction {
-    /// Sliding level at speed, N·m.
-    pub coulomb_nm: f64,
-    /// How much higher the level is at rest than at speed (Stribeck), N·m.
-    pub breakaway_excess_nm: f64,
-    /// Stribeck speed: the excess falls as `exp(−(ω/ω_s)²)`, rad/s.
-    pub stribeck_speed_rad_per_s: f64,
-    /// Level per N·m transmitted through the teeth, `|τ_motor − τ_external|` (Rhoban BAM, "load-dependent"), 1.
-    pub load_coefficient: f64,
-    /// Presliding length δ, rad; must be positive.
-    pub presliding_rad: f64,
-}
-
-impl Friction {
-    /// No friction at all.
-    pub const NONE: Self = Self {
-        coulomb_nm: 0.0,
-        breakaway_excess_nm: 0.0,
-        stribeck_speed_rad_per_s: 1.0,
-        load_coefficient: 0.0,
-        presliding_rad: 3e-3,
-    };
-
-    /// Sliding level g, N·m, at a speed (rad/s) and a transmitted torque (N·m).
-    #[must_use]
-    pub fn level(&self, speed: f64, transmitted_nm: f64) -> f64 {
-        let mut level = self.coulomb_nm + self.load_coefficient * transmitted_nm.abs();
-        if self.breakaway_excess_nm != 0.0 {
-            let ratio = speed / self.stribeck_speed_rad_per_s;
-            level += self.breakaway_excess_nm * (-ratio * ratio).exp();
-        }
-        level
-    }
-}
-
-/// Gravity on an unbalanced mass whose axis is tilted: `−torque·sin(θ − direction)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gravity {
-    /// m g r sin(tilt), N·m.
-    pub torque_nm: f64,
-    /// The shaft angle at which the mass hangs at rest, rad.
-    pub direction_rad: f64,
-}
-
-/// The averaged bridge's drop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BridgeDrop {
-    /// Drop at zero current, V.
-    pub drop_v: f64,
-    /// Rise of the drop with current, Ω.
-    pub slope_ohm: f64,
 }
 
 /// Parameters of the shaft.
@@ -99,12 +48,8 @@ pub struct Shaft {
     pub inertia_kg_m2: f64,
     /// Viscous damping b, N·m·s/rad.
     pub viscous: f64,
-    /// Friction of gearbox and sensor.
-    pub friction: Friction,
-    /// Gravity on the unbalanced mass; torque 0 with a vertical axis.
-    pub gravity: Gravity,
-    /// The bridge's drop; zero for an ideal driver.
-    pub bridge: BridgeDrop,
+    /// What acts beyond the linear motor.
+    pub laws: Laws,
 }
 
 /// State of the shaft. A plain value.
@@ -129,8 +74,8 @@ pub struct StepMeans {
     pub speed: f64,
     /// Mean friction torque (opposes motion when positive with positive speed), N·m.
     pub friction_nm: f64,
-    /// Mean gravity torque on the shaft, N·m.
-    pub gravity_nm: f64,
+    /// Mean torque of the effects that depend on the angle, gravity among them, N·m.
+    pub effects_nm: f64,
 }
 
 /// A shaft with the constants of one step length worked out.
@@ -139,7 +84,11 @@ pub struct Stepper {
     shaft: Shaft,
     step: f64,
     driven: Winding,
+    /// Of the bridge at zero current, V.
+    drop_v: f64,
     has_friction: bool,
+    /// δ, rad; one where there is no friction.
+    presliding: f64,
     /// 1/δ, 1/rad.
     per_presliding: f64,
     /// 1/(R + slope), A/V.
@@ -181,41 +130,33 @@ impl Shaft {
     /// Works out what only depends on the step length (s).
     #[must_use]
     pub fn stepper(&self, step: f64) -> Stepper {
-        let tau = self.inductance_h / (self.resistance_ohm + self.bridge.slope_ohm);
-        let friction = &self.friction;
-        let has_friction =
-            friction.coulomb_nm != 0.0 || friction.breakaway_excess_nm != 0.0 || friction.load_coefficient != 0.0;
+        let bridge = self.laws.bridge();
+        let tau = self.inductance_h / (self.resistance_ohm + bridge.slope_ohm);
+        let presliding = self.laws.presliding().unwrap_or(1.0);
         Stepper {
             shaft: *self,
             step,
             driven: Winding::new(tau, step),
-            has_friction,
-            per_presliding: 1.0 / friction.presliding_rad,
-            conductance: 1.0 / (self.resistance_ohm + self.bridge.slope_ohm),
-            stiffness: 0.25 * step * step / (friction.presliding_rad * self.inertia_kg_m2),
-        }
-    }
-
-    /// Gravity torque on the shaft at an angle, N·m.
-    #[must_use]
-    pub fn gravity_torque(&self, angle: f64) -> f64 {
-        if self.gravity.torque_nm == 0.0 {
-            0.0
-        } else {
-            -self.gravity.torque_nm * (angle - self.gravity.direction_rad).sin()
+            drop_v: bridge.drop_v,
+            has_friction: self.laws.presliding().is_some(),
+            presliding,
+            per_presliding: 1.0 / presliding,
+            conductance: 1.0 / (self.resistance_ohm + bridge.slope_ohm),
+            stiffness: 0.25 * step * step / (presliding * self.inertia_kg_m2),
         }
     }
 
     /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad.
     #[must_use]
     pub fn settled_current(&self, voltage: f64, speed: f64) -> (f64, f64) {
-        self.settled(voltage, speed, 1.0 / (self.resistance_ohm + self.bridge.slope_ohm))
+        let bridge = self.laws.bridge();
+        self.settled(voltage, speed, bridge.drop_v, 1.0 / (self.resistance_ohm + bridge.slope_ohm))
     }
 
     #[inline]
-    fn settled(&self, voltage: f64, speed: f64, conductance: f64) -> (f64, f64) {
+    fn settled(&self, voltage: f64, speed: f64, drop_v: f64, conductance: f64) -> (f64, f64) {
         let net = voltage - self.torque_constant * speed;
-        let excess = net.abs() - self.bridge.drop_v;
+        let excess = net.abs() - drop_v;
         if excess <= 0.0 {
             (0.0, 0.0)
         } else {
@@ -258,17 +199,17 @@ impl Stepper {
         let shaft = &self.shaft;
         let (settled, slope, winding) = match terminals {
             Terminals::Driven { voltage } => {
-                let (settled, slope) = shaft.settled(voltage, state.speed, self.conductance);
+                let (settled, slope) = shaft.settled(voltage, state.speed, self.drop_v, self.conductance);
                 (settled, slope, self.driven)
             }
             Terminals::Open => (0.0, 0.0, Winding::SETTLED),
         };
         let mean_at_start_speed = settled + (state.current - settled) * winding.mean_share;
-        let gravity = shaft.gravity_torque(state.angle + 0.5 * self.step * state.speed);
-        let outside = gravity + torque;
+        let own = shaft.laws.torque(state.angle + 0.5 * self.step * state.speed);
+        let outside = own + torque;
         let motor_at_start = shaft.torque_constant * mean_at_start_speed;
         let level_at_start =
-            if self.has_friction { shaft.friction.level(state.speed, motor_at_start - outside) } else { 0.0 };
+            if self.has_friction { shaft.laws.friction_level(state.speed, motor_at_start - outside) } else { 0.0 };
 
         // Speed and friction count at the share `implicit` of the step: ½ is the midpoint rule, 1 backward Euler.
         let implicit = self.implicit_share(level_at_start);
@@ -297,7 +238,7 @@ impl Stepper {
             current: mean_at_start_speed + slope * winding.ramp_mean * gained,
             speed,
             friction_nm: friction,
-            gravity_nm: gravity,
+            effects_nm: own,
         }
     }
 
@@ -322,14 +263,13 @@ impl Stepper {
         level_at_start: f64,
         transmitted: impl Fn(f64) -> f64,
     ) -> (f64, f64) {
-        let friction = &self.shaft.friction;
         let mut guess = free - scale * level_at_start * bristle;
-        let level = friction.level(guess, transmitted(guess));
+        let level = self.shaft.laws.friction_level(guess, transmitted(guess));
         let (mut low, mut high) = (free - scale * level, free + scale * level);
         // Not `clamp`: a fit may try parameters that are no numbers, and must see NaN come back instead of a panic.
         guess = guess.max(low).min(high);
         // The bristle's law bends over its length: within a tenth of it the tangent is as good as the rule itself.
-        let close = 0.1 * friction.presliding_rad;
+        let close = 0.1 * self.presliding;
         for _ in 0..MAX_CORRECTIONS {
             let (now, now_slope) = slide(bristle, time * guess, self.per_presliding);
             let excess = guess - free + scale * level * now;

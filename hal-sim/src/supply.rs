@@ -1,9 +1,11 @@
-//! What feeds the bridge: a LiPo cell, a boost converter, and the rail's sag under the bridge's current.
+//! What feeds the bridge: a LiPo cell and a boost converter, and how the rail gives way under the bridge's current where
+//! an effect says so.
 //!
 //! The averaged bridge draws `duty·i` from its rail, i being the motor's current. Everything here is quasi-static but
-//! the charge and the sag's relaxation.
+//! the charge and what the effects remember.
 
-use description::robot::{self, BatterySag, Robot};
+use description::robot::{self, Robot};
+use effects::{Laws, States};
 
 use crate::shaft::Shaft;
 
@@ -91,39 +93,6 @@ impl Cell {
     }
 }
 
-/// Effect `battery_sag`: the rail under the bridge's current.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Sag {
-    /// At once, Ω.
-    pub resistance_ohm: f64,
-    /// More after a while, Ω.
-    pub relaxation_ohm: f64,
-    /// How long a while, s.
-    pub relaxation_s: f64,
-    /// The slow part at present, V.
-    pub relaxed_v: f64,
-}
-
-impl Sag {
-    /// From the file.
-    #[must_use]
-    pub fn new(sag: &BatterySag) -> Self {
-        Self {
-            resistance_ohm: sag.resistance_ohm.value,
-            relaxation_ohm: sag.relaxation_ohm.value,
-            relaxation_s: sag.relaxation_s.value,
-            relaxed_v: 0.0,
-        }
-    }
-
-    /// The slow part's closed form at a constant bridge current (A) for a time (s).
-    fn relax(&mut self, bridge_a: f64, time: f64) {
-        let target = self.relaxation_ohm * bridge_a;
-        let decay = if self.relaxation_s > 0.0 { (-time / self.relaxation_s).exp() } else { 0.0 };
-        self.relaxed_v = target + (self.relaxed_v - target) * decay;
-    }
-}
-
 /// The bridge's supply.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Supply {
@@ -131,8 +100,8 @@ pub struct Supply {
     pub rail_v: f64,
     /// The cell behind it; `None` for a bench supply.
     pub cell: Option<Cell>,
-    /// Sag of the rail; all zero for none.
-    pub sag: Sag,
+    /// What the effects remember.
+    pub states: States,
     /// Rail at present, V.
     bridge_v: f64,
     /// Charge (A·s) and energy (J) taken from the rail by the bridge in this control period.
@@ -147,7 +116,7 @@ impl Supply {
         Self {
             rail_v: robot.supply.rail_v.value,
             cell: robot.supply.battery.as_ref().map(|battery| Cell::new(battery, charge)),
-            sag: robot.effects.battery_sag.as_ref().map(Sag::new).unwrap_or_default(),
+            states: States::default(),
             bridge_v: robot.supply.rail_v.value,
             drawn_as: 0.0,
             drawn_j: 0.0,
@@ -160,34 +129,44 @@ impl Supply {
         self.bridge_v
     }
 
-    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s).
-    ///
-    /// Rail and current depend on each other, `v = e − R_s·duty·i` and `i = (duty·v − K ω ∓ drop)/R`, and are solved
-    /// together at the settled current, so the sag has no lag of its own. Beyond the boost converter's current or power
-    /// the rail falls to where the bridge takes no more.
+    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s), kept as the present one.
     pub fn drive(&mut self, shaft: &Shaft, duty: f64, speed: f64) -> f64 {
-        let open_v = (self.rail_v - self.sag.relaxed_v).max(0.0);
-        let net = duty * open_v - shaft.torque_constant * speed;
-        let excess = (net.abs() - shaft.bridge.drop_v).max(0.0).copysign(net);
-        let resistance = shaft.resistance_ohm + shaft.bridge.slope_ohm;
-        let current = excess / (resistance + duty * duty * self.sag.resistance_ohm);
-        self.bridge_v = (open_v - self.sag.resistance_ohm * duty * current).max(0.0);
-        let bridge_a = duty * current;
-        if let Some(cell) = &self.cell {
-            let power_limit = cell.power_limit();
-            if bridge_a + cell.logic_a > cell.limit_a || self.bridge_v * (bridge_a + cell.logic_a) > power_limit {
-                // Voltage that the bridge must see before any current flows in this direction.
-                let opposing = shaft.torque_constant * speed + shaft.bridge.drop_v.copysign(net);
-                let limited = limited_rail(cell, power_limit, duty, opposing, resistance);
-                self.bridge_v = self.bridge_v.min(limited).max(0.0);
-            }
-        }
+        self.bridge_v = self.rail(shaft, duty, speed, shaft.laws.supply_fallen(&self.states));
         self.bridge_v
     }
 
+    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s) and has fallen slowly by `fallen_v`.
+    ///
+    /// Rail and current depend on each other, `v = e − R_s·duty·i` and `i = (duty·v − K ω ∓ drop)/R`, and are solved
+    /// together at the settled current, so the supply's resistance has no lag of its own. Beyond the boost converter's
+    /// current or power the rail falls to where the bridge takes no more.
+    #[inline]
+    #[must_use]
+    pub fn rail(&self, shaft: &Shaft, duty: f64, speed: f64, fallen_v: f64) -> f64 {
+        let open_v = (self.rail_v - fallen_v).max(0.0);
+        let bridge = shaft.laws.bridge();
+        let supply_ohm = shaft.laws.supply_resistance();
+        let net = duty * open_v - shaft.torque_constant * speed;
+        let excess = (net.abs() - bridge.drop_v).max(0.0).copysign(net);
+        let resistance = shaft.resistance_ohm + bridge.slope_ohm;
+        let current = excess / (resistance + duty * duty * supply_ohm);
+        let rail_v = (open_v - supply_ohm * duty * current).max(0.0);
+        let bridge_a = duty * current;
+        if let Some(cell) = &self.cell {
+            let power_limit = cell.power_limit();
+            if bridge_a + cell.logic_a > cell.limit_a || rail_v * (bridge_a + cell.logic_a) > power_limit {
+                // Voltage that the bridge must see before any current flows in this direction.
+                let opposing = shaft.torque_constant * speed + bridge.drop_v.copysign(net);
+                let limited = limited_rail(cell, power_limit, duty, opposing, resistance);
+                return rail_v.min(limited).max(0.0);
+            }
+        }
+        rail_v
+    }
+
     /// The rail while the bridge is open.
-    pub fn idle(&mut self) {
-        self.bridge_v = (self.rail_v - self.sag.relaxed_v).max(0.0);
+    pub fn idle(&mut self, laws: &Laws) {
+        self.bridge_v = (self.rail_v - laws.supply_fallen(&self.states)).max(0.0);
         if let Some(cell) = &self.cell
             && cell.logic_a > 0.0
         {
@@ -201,9 +180,9 @@ impl Supply {
         self.drawn_j += bridge_a * self.bridge_v * step;
     }
 
-    /// Ends a control period (s): charge and relaxation advance with the period's mean current.
-    pub fn end_period(&mut self, period: f64) {
-        self.sag.relax(self.drawn_as / period, period);
+    /// Ends a control period (s): charge and what the effects remember advance with the period's mean current.
+    pub fn end_period(&mut self, laws: &Laws, period: f64) {
+        laws.draw(&mut self.states, self.drawn_as / period, period);
         if let Some(cell) = &mut self.cell {
             let rail_w = self.drawn_j / period + cell.logic_a * self.bridge_v;
             cell.draw(rail_w, period);

@@ -42,16 +42,10 @@ pub fn draw(robot: &Robot, seed: u64, spreads: &Spreads) -> Robot {
         scale(&mut eccentric.mass_kg, inertia);
     }
     scale(&mut specimen.motor.viscous_nm_s_per_rad, drag);
-    let effects = &mut specimen.effects;
-    if let Some(friction) = &mut effects.coulomb_friction {
-        scale(&mut friction.torque_nm, drag);
-    }
-    if let Some(friction) = &mut effects.stribeck_friction {
-        scale(&mut friction.torque_nm, drag);
-        scale(&mut friction.breakaway_excess_nm, drag);
-    }
-    if let Some(friction) = &mut effects.load_friction {
-        scale(&mut friction.coefficient, drag);
+    for (_, parameter, quantity) in specimen.effects.quantities_mut() {
+        if parameter.drag {
+            scale(quantity, drag);
+        }
     }
     specimen
 }

@@ -3,6 +3,7 @@
 mod common;
 
 use common::body::{G, STILL, alone, block, run, velocity};
+use effects::{FootAnisotropy, FootLoadFriction, FootStribeck};
 use hal_sim::body::coordinates::Coordinates;
 use hal_sim::body::plan::Contact;
 use hal_sim::body::{Ensemble, Plan};
@@ -71,7 +72,7 @@ fn a_block_stops_after_the_square_of_its_speed_over_2_mu_g() {
 
 #[test]
 fn friction_across_the_feet_is_a_share_of_that_along() {
-    let plan = low(|contact| contact.lateral_share = 0.5);
+    let plan = low(|contact| contact.laws.foot_anisotropy = Some(FootAnisotropy { lateral_share: 0.5 }));
     for (direction, share) in [([1.0, 0.0], 1.0), ([0.0, 1.0], 0.5), ([0.0, -1.0], 0.5)] {
         let found = deceleration(&plan, direction);
         println!("{direction:?}: {found:.5} g, friction {:.5}", share * MU);
@@ -82,7 +83,9 @@ fn friction_across_the_feet_is_a_share_of_that_along() {
 #[test]
 fn friction_falls_with_speed_as_stribeck_says() {
     let (excess, stribeck) = (0.5, 0.1);
-    let plan = low(|contact| contact.stribeck = Some([excess, stribeck]));
+    let plan = low(|contact| {
+        contact.laws.foot_stribeck = Some(FootStribeck { excess_share: excess, speed_m_per_s: stribeck });
+    });
     let mut body = launched(&plan, [0.3, 0.0, 0.0]);
     run(&mut body, 0.01, STILL);
     // dv/dt = −µ g (1 + excess·exp(−(v/v_s)²)), by midpoint steps of 10 µs, while the block slides.
@@ -109,7 +112,9 @@ fn friction_falls_with_speed_as_stribeck_says() {
 #[test]
 fn friction_falls_with_load() {
     let (exponent, nominal) = (0.2, 0.01);
-    let plan = low(|contact| contact.load = Some([exponent, nominal]));
+    let plan = low(|contact| {
+        contact.laws.foot_load_friction = Some(FootLoadFriction { exponent, load_n: nominal });
+    });
     let load = plan.mass() * G / 4.0;
     let expected = MU * (load / nominal).powf(-exponent);
     let found = deceleration(&plan, [1.0, 0.0]);

@@ -5,6 +5,7 @@ mod common;
 use std::f64::consts::TAU;
 
 use common::body::{difference, in_space, norm, robot, settings};
+use effects::{FootAnisotropy, FootLoadFriction, FootStribeck};
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings, Snapshot};
 
 const ALPHAS: [f64; 8] = [0.0, 60.0, 90.0, 120.0, 30.0, 75.0, 45.0, 100.0];
@@ -24,9 +25,9 @@ fn plan(i: usize) -> Plan {
     // All laws beside each other: plain, and with each thing that a robot file may switch on.
     let contact = plan.contact.as_mut().unwrap();
     match i {
-        1 => contact.stribeck = Some([0.3, 0.05]),
-        2 => contact.lateral_share = 0.7,
-        3 => contact.load = Some([0.1, 0.05]),
+        1 => contact.laws.foot_stribeck = Some(FootStribeck { excess_share: 0.3, speed_m_per_s: 0.05 }),
+        2 => contact.laws.foot_anisotropy = Some(FootAnisotropy { lateral_share: 0.7 }),
+        3 => contact.laws.foot_load_friction = Some(FootLoadFriction { exponent: 0.1, load_n: 0.05 }),
         4 => contact.steps = vec![[0.05, 0.001]],
         5 => contact.patches = vec![[-0.06, 0.5]],
         6 => plan.gravity = [0.5, 0.2, -9.79],

@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{FULL, LINEAR, STEP, apart, driven, run};
-use hal_sim::shaft::{Friction, Gravity, Shaft, ShaftState, Terminals};
+use common::{FULL, LINEAR, STEP, apart, coulomb, driven, run};
+use effects::{GravityTilt, Laws};
+use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use proptest::prelude::*;
 
 #[test]
@@ -20,11 +21,12 @@ fn free_run_ends_at_the_steady_speed_and_current() {
 #[test]
 fn free_run_with_bridge_and_friction_ends_at_the_steady_speed() {
     // v − drop − (R + slope) i = K ω, K i = b ω + C
-    let shaft = Shaft { friction: Friction { coulomb_nm: 2.2e-3, ..Friction::NONE }, gravity: LINEAR.gravity, ..FULL };
-    let (k, r, b) = (shaft.torque_constant, shaft.resistance_ohm + shaft.bridge.slope_ohm, shaft.viscous);
+    let shaft = Shaft { laws: Laws { driver_drop: FULL.laws.driver_drop, ..coulomb(2.2e-3, 3e-3) }, ..FULL };
+    let bridge = shaft.laws.bridge();
+    let (k, r, b) = (shaft.torque_constant, shaft.resistance_ohm + bridge.slope_ohm, shaft.viscous);
     let mut state = ShaftState::default();
     run(&shaft.stepper(STEP), &mut state, driven(5.0), 3.0);
-    let speed = (k * (5.0 - shaft.bridge.drop_v) - r * 2.2e-3) / (k * k + r * b);
+    let speed = (k * (5.0 - bridge.drop_v) - r * 2.2e-3) / (k * k + r * b);
     assert!(apart(state.speed, speed) < 1e-12, "{} rad/s, {speed} expected", state.speed);
     assert!(apart(state.current, (2.2e-3 + b * speed) / k) < 1e-9, "{} A", state.current);
 }
@@ -108,8 +110,7 @@ fn coast_down_with_viscous_damping_is_an_exponential() {
 #[test]
 fn coast_down_with_coulomb_friction_stops_when_it_must() {
     // The bristle starts wound up and is so short that it does not count: t = J ω₀ / C, θ = ω₀ t / 2.
-    let friction = Friction { coulomb_nm: 2e-3, presliding_rad: 1e-7, ..Friction::NONE };
-    let shaft = Shaft { friction, viscous: 0.0, ..LINEAR };
+    let shaft = Shaft { laws: coulomb(2e-3, 1e-7), viscous: 0.0, ..LINEAR };
     let start = 44.0;
     let stop = shaft.inertia_kg_m2 * start / 2e-3;
     let stepper = shaft.stepper(1e-5);
@@ -131,8 +132,8 @@ fn coast_down_with_coulomb_friction_stops_when_it_must() {
 #[test]
 fn a_hanging_mass_swings_with_its_period() {
     // Small angles about where it hangs: Ω = √(τ/J); exact to amplitude²/16.
-    let gravity = Gravity { torque_nm: 0.29e-3, direction_rad: 0.7 };
-    let shaft = Shaft { gravity, viscous: 0.0, ..LINEAR };
+    let gravity = GravityTilt { torque_nm: 0.29e-3, direction_rad: 0.7 };
+    let shaft = Shaft { laws: Laws { gravity_tilt: Some(gravity), ..Laws::NONE }, viscous: 0.0, ..LINEAR };
     let omega = (gravity.torque_nm / shaft.inertia_kg_m2).sqrt();
     let amplitude = 0.01;
     let stepper = shaft.stepper(STEP);
@@ -157,9 +158,9 @@ fn no_current_below_the_bridges_drop() {
 fn parameters_that_are_no_numbers_come_back_as_no_numbers() {
     for shaft in [
         Shaft { inertia_kg_m2: f64::NAN, ..FULL },
-        Shaft { friction: Friction { coulomb_nm: f64::NAN, ..FULL.friction }, ..FULL },
-        Shaft { friction: Friction { presliding_rad: 0.0, ..FULL.friction }, ..FULL },
-        Shaft { friction: Friction { coulomb_nm: -1.0, ..FULL.friction }, ..FULL },
+        Shaft { laws: coulomb(f64::NAN, 3e-3), ..FULL },
+        Shaft { laws: coulomb(2.2e-3, 0.0), ..FULL },
+        Shaft { laws: coulomb(-1.0, 3e-3), ..FULL },
     ] {
         let mut state = ShaftState::default();
         run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
@@ -175,8 +176,8 @@ proptest! {
         presliding in 1e-7f64..0.1, inertia in 1e-7f64..1e-4, inductance in 0.0f64..0.1, drop in 0.0f64..3.0,
     ) {
         let mut shaft = Shaft { inertia_kg_m2: inertia, inductance_h: inductance, ..FULL };
-        shaft.friction.presliding_rad = presliding;
-        shaft.bridge.drop_v = drop;
+        shaft.laws.stribeck_friction.as_mut().unwrap().presliding_rad = presliding;
+        shaft.laws.driver_drop.as_mut().unwrap().drop_v = drop;
         let stepper = shaft.stepper(step);
         let mut state = ShaftState { speed, bristle, ..ShaftState::default() };
         let free = voltage.abs() / shaft.torque_constant;
@@ -191,7 +192,7 @@ proptest! {
     #[test]
     fn everything_is_mirrored(voltage in -6.0f64..6.0, speed in -60.0f64..60.0, bristle in -1.0f64..1.0) {
         let mut shaft = FULL;
-        shaft.gravity.direction_rad = 0.0;
+        shaft.laws.gravity_tilt.as_mut().unwrap().direction_rad = 0.0;
         let stepper = shaft.stepper(STEP);
         let mut one = ShaftState { speed, bristle, angle: 0.3, current: 0.1 };
         let mut other = ShaftState { speed: -speed, bristle: -bristle, angle: -0.3, current: -0.1 };

@@ -4,6 +4,7 @@ mod common;
 
 use common::drive;
 use control::Actuation;
+use effects::{DriverDeadband, Laws};
 use hal_sim::driver::Driver;
 use proptest::prelude::*;
 
@@ -29,15 +30,10 @@ fn dead_time_takes_its_share_of_every_period_that_switches() {
 
 #[test]
 fn a_deadband_is_missing_inside_and_beyond() {
-    let driver = Driver { deadband: 0.1, ..Driver::IDEAL };
-    let close = |duty: f32, expected: f64| {
-        let duty = driver.effective(drive(duty)).unwrap();
-        assert!((duty - expected).abs() < 1e-7, "{duty}, {expected} expected");
-    };
-    close(0.09, 0.0);
-    close(-0.1, 0.0);
-    close(0.3, 0.2);
-    close(-1.0, -0.9);
+    let laws = Laws { driver_deadband: Some(DriverDeadband { width_duty: 0.1 }), ..Laws::NONE };
+    for (duty, expected) in [(0.09, 0.0), (-0.1, 0.0), (0.3, 0.2), (-1.0, -0.9)] {
+        assert!((laws.duty(duty) - expected).abs() < 1e-15, "{}, {expected} expected", laws.duty(duty));
+    }
 }
 
 #[test]
@@ -53,9 +49,11 @@ proptest! {
 
     #[test]
     fn odd_bounded_and_never_more_than_asked(duty in -1.5f32..1.5, steps in 0u16..5000, dead in 0.0f64..0.1, band in 0.0f64..0.5) {
-        let driver = Driver { pwm_steps: f64::from(steps), dead_duty: dead, deadband: band };
-        let out = driver.effective(drive(duty)).unwrap();
-        prop_assert_eq!(driver.effective(drive(-duty)).unwrap(), -out);
+        let driver = Driver { pwm_steps: f64::from(steps), dead_duty: dead };
+        let laws = Laws { driver_deadband: Some(DriverDeadband { width_duty: band }), ..Laws::NONE };
+        let arrives = |duty: f32| laws.duty(driver.effective(drive(duty)).unwrap());
+        let out = arrives(duty);
+        prop_assert_eq!(arrives(-duty), -out);
         let half_step = if steps > 0 { 0.5 / f64::from(steps) } else { 0.0 };
         prop_assert!(out.abs() <= f64::from(duty.abs()).min(1.0) + half_step);
         prop_assert!(out == 0.0 || out.signum() == f64::from(duty).signum());

@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{FULL, driven};
-use hal_sim::shaft::{Friction, Shaft, ShaftState, Terminals};
+use common::{FULL, coulomb, driven};
+use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 
 struct Book {
     electrical: f64,
@@ -16,7 +16,9 @@ fn book(shaft: &Shaft, step: f64) -> Book {
     let stepper = shaft.stepper(step);
     let mut state = ShaftState::default();
     let (mut electrical, mut lost) = (0.0, 0.0);
-    let potential = |angle: f64| -shaft.gravity.torque_nm * (angle - shaft.gravity.direction_rad).cos();
+    let potential = |angle: f64| {
+        shaft.laws.gravity_tilt.map_or(0.0, |gravity| -gravity.torque_nm * (angle - gravity.direction_rad).cos())
+    };
     let stored = |state: &ShaftState| {
         0.5 * shaft.inertia_kg_m2 * state.speed * state.speed
             + 0.5 * shaft.inductance_h * state.current * state.current
@@ -32,7 +34,8 @@ fn book(shaft: &Shaft, step: f64) -> Book {
         let means = stepper.advance(&mut state, terminals);
         if let Terminals::Driven { voltage } = terminals {
             electrical += voltage * means.current * step;
-            let bridge = shaft.bridge.drop_v * means.current.abs() + shaft.bridge.slope_ohm * means.current.powi(2);
+            let drop = shaft.laws.bridge();
+            let bridge = drop.drop_v * means.current.abs() + drop.slope_ohm * means.current.powi(2);
             lost += (shaft.resistance_ohm * means.current.powi(2) + bridge) * step;
         } else {
             // The diodes take what the winding had stored.
@@ -57,8 +60,7 @@ fn the_book_closes_and_closes_better_with_finer_steps() {
 
 #[test]
 fn the_bristle_never_gives_more_than_it_got() {
-    let friction = Friction { coulomb_nm: 2e-3, ..Friction::NONE };
-    let stepper = Shaft { friction, ..FULL }.stepper(1e-4);
+    let stepper = Shaft { laws: coulomb(2e-3, 3e-3), ..FULL }.stepper(1e-4);
     let mut state = ShaftState::default();
     let mut taken = 0.0;
     for n in 0..20_000 {

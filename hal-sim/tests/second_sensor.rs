@@ -73,7 +73,7 @@ fn it_reads_the_angle_from_its_own_gap_at_its_own_time() {
     }
     let scale = description::angle_code::angle_scale(&Sensor::Potentiometer(sensor.clone()));
     let later_s = sensor.adc.duration_s();
-    robot.effects.sensor_nonlinearity = None;
+    robot.effects.remove("sensor_nonlinearity");
     let mut robot = SimulatedRobot::new(&robot, 3);
     let mounting = robot.second_mounting().expect("a second sensor");
     let mut seen = 0;

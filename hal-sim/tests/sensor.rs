@@ -7,9 +7,9 @@ use std::f64::consts::{PI, TAU};
 use common::{default_robot, drive, potentiometer, quiet_robot};
 use control::Actuation;
 use description::angle_code::{AdcCurve, Track, angle_scale};
-use description::robot::{InGap, Quantity, Robot, Sensor, SensorDelay, SensorNonlinearity};
+use description::robot::{InGap, Quantity, Robot, Sensor};
+use effects::{Laws, SensorDelay, SensorNonlinearity};
 use hal_sim::adc::Adc;
-use hal_sim::linearity::Linearity;
 use hal_sim::potentiometer::Potentiometer;
 use hal_sim::random::{Source, Stream};
 use hal_sim::{SampleTime, Settings, SimulatedRobot};
@@ -130,7 +130,7 @@ fn a_wiper_that_leaves_the_track_takes_the_tracks_end_along() {
     let track = Track::new(potentiometer(&mut robot));
     for (from, end_v) in [(0.5, 0.0), (-0.5, track.supply_v)] {
         let gap = Stream::new(1, Source::Gap);
-        let mut wiper = Potentiometer::new(track, Linearity::default(), 0.0, InGap::Hold, from, gap);
+        let mut wiper = Potentiometer::new(track, Laws::NONE, 0.0, InGap::Hold, from, gap);
         let mut angle: f64 = from;
         while !track.in_gap(angle) {
             angle -= 0.001 * from.signum();
@@ -145,7 +145,7 @@ fn a_wiper_that_leaves_the_track_takes_the_tracks_end_along() {
 fn the_wiper_follows_with_play() {
     let track = Track { half_gap: 0.26, electrical: 5.76, supply_v: 3.3 };
     let gap = Stream::new(1, Source::Gap);
-    let mut wiper = Potentiometer::new(track, Linearity::default(), 0.02, InGap::Zero, 1.0, gap);
+    let mut wiper = Potentiometer::new(track, Laws::NONE, 0.02, InGap::Zero, 1.0, gap);
     for (shaft, expected) in [(1.005, 1.0), (1.5, 1.49), (1.485, 1.49), (1.45, 1.46), (1.465, 1.46)] {
         let angle = wiper.step(shaft, 1e-4, false);
         assert!((angle - expected).abs() < 1e-12, "{angle} at shaft {shaft}, {expected} expected");
@@ -277,7 +277,7 @@ fn the_time_of_a_sample_is_that_of_its_conversions_or_the_ticks() {
 #[test]
 fn a_delayed_reading_is_that_much_behind() {
     let mut robot = quiet_robot();
-    robot.effects.sensor_delay = Some(SensorDelay { delay_s: quantity(4.3e-3) });
+    robot.effects.insert::<SensorDelay>(vec![quantity(4.3e-3)]);
     let mut ideal = robot.clone();
     ideal.sensor = Sensor::Ideal;
     for robot in [robot, ideal] {
@@ -315,8 +315,7 @@ fn linearity_errors_stay_within_the_files_bound_or_the_given_peak() {
     let robot = default_robot();
     let peaks: Vec<f64> =
         (0..300).map(|seed| SimulatedRobot::new(&robot, seed).linearity().peak().to_degrees()).collect();
-    let effect = robot.effects.sensor_nonlinearity.as_ref().unwrap();
-    let bound = effect.cos1_deg.high;
+    let bound = robot.effects.quantity("sensor_nonlinearity", "cos1_deg").unwrap().high;
     assert_eq!(bound, 3.0, "what the figures are asked for");
     assert!(peaks.iter().all(|&peak| peak <= bound + 1e-9));
     let beyond = |low: f64| peaks.iter().filter(|&&peak| peak > low * bound).count();
@@ -329,12 +328,7 @@ fn linearity_errors_stay_within_the_files_bound_or_the_given_peak() {
 #[test]
 fn an_identified_linearity_error_is_the_files() {
     let mut robot = quiet_robot();
-    robot.effects.sensor_nonlinearity = Some(SensorNonlinearity {
-        cos1_deg: quantity(1.5),
-        sin1_deg: quantity(-0.5),
-        cos2_deg: quantity(0.3),
-        sin2_deg: quantity(0.2),
-    });
+    robot.effects.insert::<SensorNonlinearity>([1.5, -0.5, 0.3, 0.2].map(quantity).to_vec());
     for seed in 0..3 {
         let error = SimulatedRobot::new(&robot, seed).linearity();
         let angle: f64 = 2.0;

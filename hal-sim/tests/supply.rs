@@ -4,7 +4,9 @@ mod common;
 
 use common::{LINEAR, apart, default_robot, drive};
 use control::Actuation;
-use hal_sim::supply::{Sag, Supply};
+use effects::{BatterySag, Laws};
+use hal_sim::shaft::Shaft;
+use hal_sim::supply::Supply;
 use hal_sim::{Settings, SimulatedRobot};
 
 fn supply(charge: f64) -> Supply {
@@ -38,7 +40,7 @@ fn charge_is_booked_to_the_last_coulomb() {
     for n in 0..5000 {
         supply.drive(&LINEAR, 0.8, 0.01 * f64::from(n));
         supply.book(0.1, 1e-3);
-        supply.end_period(1e-3);
+        supply.end_period(&Laws::NONE, 1e-3);
         coulombs += supply.cell.as_ref().unwrap().current * 1e-3;
     }
     let cell = supply.cell.as_ref().unwrap();
@@ -74,25 +76,29 @@ fn the_whole_robot_draws_what_its_motor_and_electronics_need() {
 #[test]
 fn the_rail_sags_at_once_and_relaxes() {
     let mut supply = supply(1.0);
-    supply.sag = Sag { resistance_ohm: 0.5, relaxation_ohm: 0.2, relaxation_s: 0.3, relaxed_v: 0.0 };
+    let sag = BatterySag { resistance_ohm: 0.5, relaxation_ohm: 0.2, relaxation_s: 0.3 };
+    let shaft = Shaft { laws: Laws { battery_sag: Some(sag), ..Laws::NONE }, ..LINEAR };
     // At a stalled motor: v = 5 − R_s d i and i = d v/R, so i = d·5/(R + d² R_s).
     let duty = 0.9;
     let current = duty * 5.0 / (15.0 + duty * duty * 0.5);
-    let rail = supply.drive(&LINEAR, duty, 0.0);
+    let rail = supply.drive(&shaft, duty, 0.0);
     assert!(apart(rail, 5.0 - 0.5 * duty * current) < 1e-12, "{rail} V");
     for n in 1..=600 {
-        supply.drive(&LINEAR, duty, 0.0);
+        supply.drive(&shaft, duty, 0.0);
         supply.book(0.2, 1e-3);
-        supply.end_period(1e-3);
+        supply.end_period(&shaft.laws, 1e-3);
         let slow = 0.2 * 0.2 * (1.0 - (-f64::from(n) * 1e-3 / 0.3f64).exp());
-        assert!((supply.sag.relaxed_v - slow).abs() < 1e-12, "{} V after {n} ms", supply.sag.relaxed_v);
+        assert!(
+            (shaft.laws.supply_fallen(&supply.states) - slow).abs() < 1e-12,
+            "{} V after {n} ms",
+            shaft.laws.supply_fallen(&supply.states)
+        );
     }
 }
 
 #[test]
 fn beyond_the_converters_current_the_rail_falls_to_where_the_bridge_takes_no_more() {
     let mut supply = supply(1.0);
-    supply.sag = Sag::default();
     let cell = supply.cell.as_mut().unwrap();
     cell.limit_a = 0.3;
     let logic_a = cell.logic_a;
@@ -107,7 +113,6 @@ fn beyond_the_converters_current_the_rail_falls_to_where_the_bridge_takes_no_mor
 #[test]
 fn beyond_the_cells_power_the_rail_falls_too() {
     let mut supply = supply(0.5);
-    supply.sag = Sag::default();
     supply.cell.as_mut().unwrap().resistance_ohm = 2.0;
     let cell = supply.cell.as_ref().unwrap();
     let (limit, logic_a) = (cell.power_limit(), cell.logic_a);

@@ -4,9 +4,10 @@ mod common;
 
 use common::{LINEAR, STEP, default_robot, drive, quiet_robot};
 use description::Robot;
+use effects::{GravityTilt, Laws, LoadFriction};
 use hal_sim::body::{Plan, Precision, Snapshot, Walker, WalkingRobots};
 use hal_sim::robot::wrap;
-use hal_sim::shaft::{Friction, Shaft, ShaftState, Terminals};
+use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use hal_sim::{Fault, Settings, SimulatedRobot};
 
 /// A step of 0.1 ms, a fixed start and a full cell.
@@ -31,9 +32,9 @@ fn in_space(plan: &mut Plan) {
 /// Two modules in space on a backbone without damping; the eccentric at the height of the modules' centres, so that
 /// everything moves in a plane. The gearmotor has no losses but its winding's, and an ideal bridge.
 fn planar(robot: &mut Robot) -> Plan {
-    robot.effects.coulomb_friction = None;
-    robot.effects.driver_drop = None;
-    robot.effects.battery_sag = None;
+    robot.effects.remove("coulomb_friction");
+    robot.effects.remove("driver_drop");
+    robot.effects.remove("battery_sag");
     robot.supply.battery = None;
     robot.motor.viscous_nm_s_per_rad.value = 0.0;
     robot.motor.inductance_h.value = 0.0;
@@ -238,8 +239,8 @@ fn spin_and_energy_of_the_whole_are_kept_in_flight() {
 
 #[test]
 fn a_torque_from_outside_loads_the_teeth() {
-    let friction = Friction { load_coefficient: 0.2, ..Friction::NONE };
-    let shaft = Shaft { friction, viscous: 0.0, ..LINEAR };
+    let load_friction = Some(LoadFriction { coefficient: 0.2, presliding_rad: 3e-3 });
+    let shaft = Shaft { laws: Laws { load_friction, ..Laws::NONE }, viscous: 0.0, ..LINEAR };
     let mut state = ShaftState { bristle: 1.0, speed: 50.0, ..ShaftState::default() };
     let torque = 1e-3;
     for _ in 0..100 {
@@ -337,8 +338,7 @@ fn a_tilted_bench_does_not_pull_at_a_walking_robots_shaft() {
     held.clamped = Some(0);
     let level = angles(alone(&robot, held.clone(), &settings()), 0.2);
     let quantity = |value: f64| description::robot::Quantity { value, ..robot.load.inertia_kg_m2.clone() };
-    let tilt = description::robot::GravityTilt { torque_nm: quantity(3e-4), direction_deg: quantity(40.0) };
-    robot.effects.gravity_tilt = Some(tilt);
+    robot.effects.insert::<GravityTilt>(vec![quantity(3e-4), quantity(40.0)]);
     assert_eq!(level, angles(alone(&robot, held, &settings()), 0.2));
     // Where the ground slopes, the body's own gravity does.
     let mut leaning = Plan::new(&robot).unwrap();

@@ -1,5 +1,6 @@
 //! `scram export mjcf`: the model's shape and numbers, and what is refused. `cargo body-figures` runs it in MuJoCo.
 
+use effects::FootLoadFriction;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
@@ -198,7 +199,7 @@ fn what_mujoco_cannot_do_is_refused() {
     refused(&["--timestep", "0"], 1, "the time step must be a positive number");
     let mut plan = plan();
     let contact = plan.contact.as_mut().expect("feet");
-    contact.load = Some([0.3, 0.05]);
+    contact.laws.foot_load_friction = Some(FootLoadFriction { exponent: 0.3, load_n: 0.05 });
     let error = model("", &plan, &Options::default()).expect_err("no such friction");
     assert!(error.to_string().contains("[effects.foot_load_friction] cannot be exported"), "{error}");
     assert!(model("", &plan, &Options { contact: false, ..Options::default() }).is_ok(), "no feet, no friction");

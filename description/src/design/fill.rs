@@ -8,6 +8,8 @@ use control::parameters::{
     SpeedLaw, Supervisor, Transition, Tuning,
 };
 
+use effects::{BatterySag, DriverDeadband, DriverDrop};
+
 use super::model::{Discrete, MotorValues};
 use super::numbers::Numbers;
 use super::{DesignError, sensor};
@@ -113,13 +115,10 @@ fn bridge(robot: &Robot, numbers: &Numbers<'_>) -> Result<Bridge, DesignError> {
     let driver = &robot.driver;
     Ok(Bridge {
         rail: robot.supply.rail_v.value as f32,
-        rail_resistance: effects
-            .battery_sag
-            .as_ref()
-            .map_or(0.0, |sag| sag.resistance_ohm.value + sag.relaxation_ohm.value) as f32,
-        drop: effects.driver_drop.as_ref().map_or(0.0, |drop| drop.drop_v.value) as f32,
+        rail_resistance: effects.get::<BatterySag>().map_or(0.0, |sag| sag.resistance_ohm + sag.relaxation_ohm) as f32,
+        drop: effects.get::<DriverDrop>().map_or(0.0, |drop| drop.drop_v) as f32,
         dead_duty: (driver.dead_time_s.value * driver.pwm_frequency_hz.value) as f32,
-        deadband: effects.driver_deadband.as_ref().map_or(0.0, |band| band.width_duty.value) as f32,
+        deadband: effects.get::<DriverDeadband>().map_or(0.0, |band| band.width_duty) as f32,
         fade_current: numbers.positive("lqg.fade_a")? as f32,
     })
 }

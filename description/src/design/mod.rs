@@ -15,6 +15,8 @@ use control::Parameters;
 use nalgebra::{Complex, DMatrix, DVector};
 
 pub use self::kalman::Filter;
+use effects::{BatterySag, DriverDeadband, DriverDrop};
+
 use self::margins::{Margins, System};
 use self::model::{Continuous, Discrete, MotorValues};
 use self::numbers::Numbers;
@@ -163,9 +165,9 @@ pub fn design(robot: &Robot) -> Result<Design, DesignError> {
 pub fn ceiling(robot: &Robot) -> f64 {
     let motor = MotorValues::new(robot);
     let effects = &robot.effects;
-    let sag = effects.battery_sag.as_ref().map_or(0.0, |sag| sag.resistance_ohm.value + sag.relaxation_ohm.value);
-    let drop = effects.driver_drop.as_ref().map_or(0.0, |drop| drop.drop_v.value);
-    let deadband = effects.driver_deadband.as_ref().map_or(0.0, |band| band.width_duty.value);
+    let sag = effects.get::<BatterySag>().map_or(0.0, |sag| sag.resistance_ohm + sag.relaxation_ohm);
+    let drop = effects.get::<DriverDrop>().map_or(0.0, |drop| drop.drop_v);
+    let deadband = effects.get::<DriverDeadband>().map_or(0.0, |band| band.width_duty);
     let share = 1.0 - deadband;
     let rail = robot.supply.rail_v.value * share;
     let resistance = motor.resistance + sag * share * share;

@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, Matrix3, Matrix5, RowVector3, Vector3};
 
+use effects::{CoulombFriction, DriverDrop, LoadFriction, StribeckFriction};
+
 use crate::robot::Robot;
 
 /// `x' = A x + B v − G τ`, x = [θ, ω, i], v the voltage at the winding, τ a drag torque.
@@ -50,13 +52,13 @@ impl MotorValues {
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
         let effects = &robot.effects;
-        let sliding = effects.coulomb_friction.as_ref().map_or(0.0, |friction| friction.torque_nm.value)
-            + effects.stribeck_friction.as_ref().map_or(0.0, |friction| friction.torque_nm.value);
+        let sliding = effects.get::<CoulombFriction>().map_or(0.0, |friction| friction.torque_nm)
+            + effects.get::<StribeckFriction>().map_or(0.0, |friction| friction.torque_nm);
         // At a steady speed the teeth transmit the drag itself: τ = c + µτ.
-        let share = effects.load_friction.as_ref().map_or(0.0, |friction| friction.coefficient.value).min(0.9);
+        let share = effects.get::<LoadFriction>().map_or(0.0, |friction| friction.coefficient).min(0.9);
         Self {
             resistance: robot.motor.resistance_ohm.value
-                + effects.driver_drop.as_ref().map_or(0.0, |drop| drop.slope_ohm.value),
+                + effects.get::<DriverDrop>().map_or(0.0, |drop| drop.slope_ohm),
             inductance: robot.motor.inductance_h.value,
             torque_constant: robot.motor.torque_constant_nm_per_a.value,
             inertia: robot.motor.rotor_inertia_kg_m2.value + robot.load.inertia_kg_m2.value,

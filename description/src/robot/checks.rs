@@ -3,21 +3,14 @@
 mod body;
 
 use super::radio::BIT_RATES;
-use super::{Adc, Battery, Correction, Potentiometer, Quantity, Radio, Robot, Sensor};
+use super::{Adc, Battery, Correction, Effects, Potentiometer, Quantity, Radio, Robot, Sensor};
 use crate::schema::Reader;
 use crate::tree::Table;
 
 /// Notes every contradiction.
 pub(super) fn check(robot: &Robot, table: &Table, reader: &mut Reader) {
     let mut checks = Checks { table, reader };
-    let effects = &robot.effects;
-    if effects.coulomb_friction.is_some() && effects.stribeck_friction.is_some() {
-        checks.wrong(
-            "effects.coulomb_friction",
-            "stands beside stribeck_friction, which contains it",
-            "keep one of the two tables",
-        );
-    }
+    checks.effects(&robot.effects);
     if let Some(battery) = &robot.supply.battery {
         checks.battery(battery);
     }
@@ -26,9 +19,6 @@ pub(super) fn check(robot: &Robot, table: &Table, reader: &mut Reader) {
     }
     if let Some(radio) = &robot.radio {
         checks.radio(radio);
-    }
-    if effects.battery_sag.is_some() && robot.supply.rail_v.value <= 0.0 {
-        checks.wrong("effects.battery_sag", "needs a supply", "give supply.rail_v");
     }
     checks.whole("driver.pwm_steps", robot.driver.pwm_steps.value);
     checks.body(robot);
@@ -43,6 +33,17 @@ impl Checks<'_> {
     fn wrong(&mut self, path: &str, message: &str, help: &str) {
         let at = self.table.find(path).map_or(&self.table.at, |entry| &entry.key).clone();
         self.reader.wrong(&at, path, message, Some(help.into()));
+    }
+
+    /// No effect stands beside one that contains it.
+    fn effects(&mut self, effects: &Effects) {
+        let listed: Vec<_> = effects.listed().collect();
+        for &inner in &listed {
+            if let Some(outer) = listed.iter().find(|outer| outer.contains(inner)) {
+                let message = format!("stands beside {}, which contains it", outer.name());
+                self.wrong(&format!("effects.{}", inner.name()), &message, "keep one of the two tables");
+            }
+        }
     }
 
     fn whole(&mut self, path: &str, value: f64) {

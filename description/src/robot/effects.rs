@@ -1,171 +1,187 @@
-//! `[effects.NAME]`: what the model has beyond the linear motor.
+//! `[effects.NAME]`: what the model has beyond the linear motor. Names, keys and ranges are the catalogue's ([`effects`]).
+
+use std::collections::BTreeMap;
+
+use effects::{Effect, Id, Laws, Parameter};
+use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::Quantity;
-use crate::schema::table;
+use crate::schema::{Field, Part, Place, Reader, Shape, TomlTable, read_as_table};
+use crate::tree::Table;
 
-table! {
-    /// `[effects.NAME]`: a table that is there is an effect that the model has.
-    #[derive(Default)]
-    pub struct Effects {
-        /// Constant friction; excluded by `stribeck_friction`, which contains it.
-        coulomb_friction: Option<CoulombFriction>,
-        /// Friction that falls with speed.
-        stribeck_friction: Option<StribeckFriction>,
-        /// Friction that grows with the torque through the gears.
-        load_friction: Option<LoadFriction>,
-        /// Gravity on the eccentric.
-        gravity_tilt: Option<GravityTilt>,
-        /// Voltage lost in the bridge.
-        driver_drop: Option<DriverDrop>,
-        /// Duty below which the bridge does nothing.
-        driver_deadband: Option<DriverDeadband>,
-        /// The bridge's supply falls under load.
-        battery_sag: Option<BatterySag>,
-        /// The sensor's angle error over a turn.
-        sensor_nonlinearity: Option<SensorNonlinearity>,
-        /// The reading is late.
-        sensor_delay: Option<SensorDelay>,
-        /// The feet's friction falls with their sliding speed.
-        foot_stribeck: Option<FootStribeck>,
-        /// The feet's friction differs along and across the module.
-        foot_anisotropy: Option<FootAnisotropy>,
-        /// The feet's friction coefficient falls with their load.
-        foot_load_friction: Option<FootLoadFriction>,
-        /// The ground is a slope.
-        ground_slope: Option<GroundSlope>,
+/// `[effects.NAME]`: a table that is there is an effect that the model has.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Effects {
+    /// Quantities in the order of the effect's parameters.
+    tables: BTreeMap<Id, Vec<Quantity>>,
+}
+
+impl Effects {
+    /// The effects that the file lists, in the order of the catalogue.
+    pub fn listed(&self) -> impl Iterator<Item = Id> + '_ {
+        self.tables.keys().copied()
+    }
+
+    /// Whether the file lists an effect.
+    #[must_use]
+    pub fn has(&self, id: Id) -> bool {
+        self.tables.contains_key(&id)
+    }
+
+    /// The law of an effect at the file's values, SI units and radians; `None` where the file does not list it.
+    ///
+    /// ```
+    /// # fn drop_at_rest(robot: &description::Robot) -> f64 {
+    /// robot.effects.get::<effects::DriverDrop>().map_or(0.0, |drop| drop.drop_v)
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn get<E: Effect>(&self) -> Option<E> {
+        Id::of(E::SPEC.name).and_then(|id| self.values(id)).map(|values| E::from_values(&values))
+    }
+
+    /// An effect's values in the order of its parameters, SI units and radians.
+    #[must_use]
+    pub fn values(&self, id: Id) -> Option<Vec<f64>> {
+        self.in_si(id, |quantity| quantity.value)
+    }
+
+    /// Half the plausible range of an effect's values, SI units and radians.
+    #[must_use]
+    pub fn half_ranges(&self, id: Id) -> Option<Vec<f64>> {
+        self.in_si(id, |quantity| 0.5 * (quantity.high - quantity.low).abs())
+    }
+
+    fn in_si(&self, id: Id, of: impl Fn(&Quantity) -> f64) -> Option<Vec<f64>> {
+        let quantities = self.tables.get(&id)?;
+        Some(id.spec().parameters.iter().zip(quantities).map(|(key, quantity)| key.to_si(of(quantity))).collect())
+    }
+
+    /// All laws at the file's values.
+    #[must_use]
+    pub fn laws(&self) -> Laws {
+        let mut laws = Laws::NONE;
+        for id in self.listed() {
+            id.put(&mut laws, self.values(id).as_deref());
+        }
+        laws
+    }
+
+    /// The file's quantity under a key of an effect's table.
+    #[must_use]
+    pub fn quantity(&self, name: &str, key: &str) -> Option<&Quantity> {
+        let id = Id::of(name)?;
+        self.tables.get(&id)?.get(place(id, key)?)
+    }
+
+    /// The same, to be changed.
+    pub fn quantity_mut(&mut self, name: &str, key: &str) -> Option<&mut Quantity> {
+        let id = Id::of(name)?;
+        let place = place(id, key)?;
+        self.tables.get_mut(&id)?.get_mut(place)
+    }
+
+    /// Every quantity with its effect and parameter, to be changed.
+    pub fn quantities_mut(&mut self) -> impl Iterator<Item = (Id, &'static Parameter, &mut Quantity)> {
+        self.tables.iter_mut().flat_map(|(&id, quantities)| {
+            let parameters = id.spec().parameters.iter();
+            parameters.zip(quantities).map(move |(parameter, quantity)| (id, parameter, quantity))
+        })
+    }
+
+    /// Lists an effect with quantities in the order of its parameters. Neither their ranges nor their number are checked
+    /// against the catalogue's: a file's are, when it is read.
+    ///
+    /// # Panics
+    /// The effect is not of the catalogue, or has another number of parameters.
+    pub fn insert<E: Effect>(&mut self, quantities: Vec<Quantity>) {
+        assert_eq!(quantities.len(), E::SPEC.parameters.len(), "quantities of {}", E::SPEC.name);
+        let id = Id::of(E::SPEC.name);
+        self.tables.insert(id.unwrap_or_else(|| panic!("{} is not in the catalogue", E::SPEC.name)), quantities);
+    }
+
+    /// Takes an effect off the list; whether it was there.
+    pub fn remove(&mut self, name: &str) -> bool {
+        Id::of(name).is_some_and(|id| self.tables.remove(&id).is_some())
     }
 }
 
-table! {
-    /// `[effects.coulomb_friction]`
-    pub struct CoulombFriction {
-        /// Sliding level.
-        torque_nm: Quantity = 0.0..=10.0,
-        /// Presliding length (Dahl).
-        presliding_deg: Quantity = 0.001..=30.0,
+fn place(id: Id, key: &str) -> Option<usize> {
+    id.spec().parameters.iter().position(|parameter| parameter.key == key)
+}
+
+impl Serialize for Effects {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.tables.len()))?;
+        for (id, quantities) in &self.tables {
+            let table: BTreeMap<_, _> = id.spec().parameters.iter().map(|one| one.key).zip(quantities).collect();
+            map.serialize_entry(id.name(), &table)?;
+        }
+        map.end()
     }
 }
 
-table! {
-    /// `[effects.stribeck_friction]`: level `torque + excess·exp(−(ω/ω_s)²)`.
-    pub struct StribeckFriction {
-        /// Sliding level at speed.
-        torque_nm: Quantity = 0.0..=10.0,
-        /// How much higher at rest.
-        breakaway_excess_nm: Quantity = 0.0..=10.0,
-        /// Stribeck speed.
-        speed_rad_per_s: Quantity = 0.001..=1000.0,
-        /// Presliding length (Dahl).
-        presliding_deg: Quantity = 0.001..=30.0,
+impl TomlTable for Effects {
+    fn fields() -> Vec<Field> {
+        Id::all()
+            .map(|id| Field {
+                key: id.name(),
+                meaning: id.spec().summary,
+                optional: true,
+                shape: Shape::Table(parameter_fields(id)),
+            })
+            .collect()
+    }
+
+    fn read_fields(reader: &mut Reader, table: &Table, path: &str) -> Option<Self> {
+        let mut effects = Some(Self::default());
+        for id in Id::all() {
+            let place = Place { table, path, key: id.name(), meaning: id.spec().summary };
+            if place.entry().is_none() {
+                continue;
+            }
+            let quantities = read_parameters(reader, &place, id);
+            effects = effects.zip(quantities).map(|(mut effects, quantities)| {
+                effects.tables.insert(id, quantities);
+                effects
+            });
+        }
+        effects
     }
 }
 
-table! {
-    /// `[effects.load_friction]`
-    pub struct LoadFriction {
-        /// Friction per transmitted torque |τ_motor − τ_external|.
-        coefficient: Quantity = 0.0..=1.0,
-        /// Presliding length (Dahl).
-        presliding_deg: Quantity = 0.001..=30.0,
-    }
+fn parameter_fields(id: Id) -> Vec<Field> {
+    let field = |one: &'static Parameter| Field {
+        key: one.key,
+        meaning: one.meaning,
+        optional: false,
+        shape: Shape::Quantity(one.low, one.high),
+    };
+    id.spec().parameters.iter().map(field).collect()
 }
 
-table! {
-    /// `[effects.gravity_tilt]`: torque `−torque·sin(θ − direction)`.
-    pub struct GravityTilt {
-        /// m g r sin(tilt).
-        torque_nm: Quantity = 0.0..=10.0,
-        /// Shaft angle at which the mass hangs.
-        direction_deg: Quantity = -360.0..=360.0,
-    }
+fn read_parameters(reader: &mut Reader, place: &Place<'_>, id: Id) -> Option<Vec<Quantity>> {
+    let path = place.field();
+    let table = reader.need_table(place)?;
+    let known: Vec<_> = id.spec().parameters.iter().map(|one| one.key).collect();
+    reader.refuse_unknown(table, &path, &known);
+    let read = |one: &Parameter| {
+        let place = Place { table, path: &path, key: one.key, meaning: one.meaning };
+        Quantity::read(reader, &place, &(one.low..=one.high))
+    };
+    // All are read before any is missed: every mistake is told at once.
+    let quantities: Vec<Option<Quantity>> = id.spec().parameters.iter().map(read).collect();
+    quantities.into_iter().collect()
 }
 
-table! {
-    /// `[effects.driver_drop]`
-    pub struct DriverDrop {
-        /// At zero current.
-        drop_v: Quantity = 0.0..=10.0,
-        /// Rise with current.
-        slope_ohm: Quantity = 0.0..=100.0,
-    }
-}
+impl Part for Effects {
+    type Spec = ();
 
-table! {
-    /// `[effects.driver_deadband]`
-    pub struct DriverDeadband {
-        /// |duty| up to which nothing comes out; beyond it the output is `duty − sign·width`.
-        width_duty: Quantity = 0.0..=0.9,
+    fn shape((): &()) -> Shape {
+        Shape::Table(Self::fields())
     }
-}
 
-table! {
-    /// `[effects.battery_sag]`: the bridge's supply under its own current (duty × motor current).
-    pub struct BatterySag {
-        /// At once.
-        resistance_ohm: Quantity = 0.0..=100.0,
-        /// More, with the relaxation time.
-        relaxation_ohm: Quantity = 0.0..=100.0,
-        /// Relaxation time.
-        relaxation_s: Quantity = 1e-4..=1000.0,
-    }
-}
-
-table! {
-    /// `[effects.sensor_nonlinearity]`: reading `θ + Σ_k (cos_k cos kθ + sin_k sin kθ)`, k = 1, 2.
-    pub struct SensorNonlinearity {
-        /// First harmonic, cosine.
-        cos1_deg: Quantity = -30.0..=30.0,
-        /// First harmonic, sine.
-        sin1_deg: Quantity = -30.0..=30.0,
-        /// Second harmonic, cosine.
-        cos2_deg: Quantity = -30.0..=30.0,
-        /// Second harmonic, sine.
-        sin2_deg: Quantity = -30.0..=30.0,
-    }
-}
-
-table! {
-    /// `[effects.sensor_delay]`
-    pub struct SensorDelay {
-        /// The reading is this old.
-        delay_s: Quantity = 0.0..=0.1,
-    }
-}
-
-table! {
-    /// `[effects.foot_stribeck]`: `µ(v) = µ (1 + excess·exp(−(v/v_s)²))`, µ being `ground.friction`.
-    pub struct FootStribeck {
-        /// How much higher at rest, share of the friction at speed.
-        excess_share: Quantity = 0.0..=10.0,
-        /// Stribeck speed.
-        speed_m_per_s: Quantity = 1e-5..=10.0,
-    }
-}
-
-table! {
-    /// `[effects.foot_anisotropy]`
-    pub struct FootAnisotropy {
-        /// Friction across the module as a share of the friction along it, which is `ground.friction`.
-        lateral_share: Quantity = 0.01..=100.0,
-    }
-}
-
-table! {
-    /// `[effects.foot_load_friction]`: `µ(F) = µ (F/F₀)^−exponent`, at most 3 µ.
-    pub struct FootLoadFriction {
-        /// Exponent; 1/3 for a smooth elastic sphere.
-        exponent: Quantity = 0.0..=1.0,
-        /// The load F₀ at which the coefficient is `ground.friction`.
-        load_n: Quantity = 1e-4..=100.0,
-    }
-}
-
-table! {
-    /// `[effects.ground_slope]`
-    pub struct GroundSlope {
-        /// Inclination of the ground.
-        angle_deg: Quantity = 0.0..=60.0,
-        /// Where it rises to: 0 ahead of the robot, 90 to its left.
-        direction_deg: Quantity = -360.0..=360.0,
+    fn read(reader: &mut Reader, place: &Place<'_>, (): &()) -> Option<Self> {
+        read_as_table(reader, place)
     }
 }

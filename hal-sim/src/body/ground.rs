@@ -50,16 +50,7 @@ impl Contact {
     /// Coefficient of friction under a foot at `x` that slides at `speed` (m/s) under `load` (N).
     #[must_use]
     pub fn coefficient(&self, x: f64, speed: f64, load: f64) -> f64 {
-        let mut coefficient = self.patch_friction(x);
-        if let Some([excess, stribeck]) = self.stribeck {
-            let ratio = speed / stribeck;
-            coefficient *= 1.0 + excess * (-ratio * ratio).exp();
-        }
-        if let Some([exponent, nominal]) = self.load {
-            // Without the bound a foot that just touches would stick for ever.
-            coefficient *= (load.max(f64::MIN_POSITIVE) / nominal).powf(-exponent).min(3.0);
-        }
-        coefficient
+        self.patch_friction(x) * self.laws.foot_friction(speed, load)
     }
 }
 

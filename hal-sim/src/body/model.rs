@@ -373,12 +373,12 @@ fn contact_row<'a, T: Store>(plan: &dyn Fn(usize) -> &'a Plan) -> ContactRow<T> 
         shear_stiffness: of(&|c| c.shear_stiffness),
         shear_damping: of(&|c| c.shear_damping),
         friction: of(&|c| c.friction),
-        lateral_excess: Some(of(&|c| 1.0 / c.lateral_share - 1.0)).filter(|excess| *excess != T::splat(0.0)),
+        lateral_excess: Some(of(&|c| 1.0 / c.laws.lateral_share() - 1.0)).filter(|excess| *excess != T::splat(0.0)),
     }
 }
 
 fn special(contacts: Vec<Option<Contact>>) -> Option<Vec<Option<Contact>>> {
-    let plain = |c: &Contact| c.stribeck.is_none() && c.load.is_none() && c.steps.is_empty() && c.patches.is_empty();
+    let plain = |c: &Contact| !c.laws.varies_foot_friction() && c.steps.is_empty() && c.patches.is_empty();
     let special: Vec<_> = contacts.into_iter().map(|contact| contact.filter(|c| !plain(c))).collect();
     special.iter().any(Option::is_some).then_some(special)
 }

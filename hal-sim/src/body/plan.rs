@@ -7,6 +7,7 @@
 
 use description::Robot;
 use description::robot::{Backbone as BackboneFile, Module as ModuleFile, ModuleKind};
+use effects::Laws;
 
 /// A body. All fields are public: a test or an experiment may build what no robot file says.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,12 +90,8 @@ pub struct Contact {
     pub shear_damping: f64,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Friction that falls with sliding speed: share of excess at rest, and Stribeck speed, m/s.
-    pub stribeck: Option<[f64; 2]>,
-    /// Friction across the module as a share of that along it.
-    pub lateral_share: f64,
-    /// Friction coefficient that falls with load: exponent, and the load at which it is nominal, N.
-    pub load: Option<[f64; 2]>,
+    /// What acts at the feet beyond Coulomb's friction.
+    pub laws: Laws,
     /// Steps: from x on, the ground's height, m; x increasing. Empty for an even ground.
     pub steps: Vec<[f64; 2]>,
     /// Patches: from x (m) on, a factor on the friction; x increasing.
@@ -277,7 +274,6 @@ fn backbones(file: &BackboneFile, count: usize) -> Result<Vec<Backbone>, PlanErr
 
 fn contact(robot: &Robot) -> Option<Contact> {
     let (feet, ground) = (robot.feet.as_ref()?, robot.ground.as_ref()?);
-    let effects = &robot.effects;
     Some(Contact {
         foot_radius: feet.radius_m.value,
         normal_stiffness: feet.normal_n_per_m.value,
@@ -285,19 +281,13 @@ fn contact(robot: &Robot) -> Option<Contact> {
         shear_stiffness: feet.shear_n_per_m.value,
         shear_damping: feet.shear_n_s_per_m.value,
         friction: ground.friction.value,
-        stribeck: effects.foot_stribeck.as_ref().map(|s| [s.excess_share.value, s.speed_m_per_s.value]),
-        lateral_share: effects.foot_anisotropy.as_ref().map_or(1.0, |a| a.lateral_share.value),
-        load: effects.foot_load_friction.as_ref().map(|l| [l.exponent.value, l.load_n.value]),
+        laws: robot.effects.laws(),
         steps: ground.steps_m.clone().unwrap_or_default(),
         patches: ground.patches_m.clone().unwrap_or_default(),
     })
 }
 
-/// On a slope gravity leans: the world's z stays the ground's normal.
+/// The world's z is the ground's normal: on a slope gravity leans.
 fn gravity(robot: &Robot) -> [f64; 3] {
-    robot.effects.ground_slope.as_ref().map_or([0.0, 0.0, -GRAVITY], |slope| {
-        let (angle, direction) = (slope.angle_deg.value.to_radians(), slope.direction_deg.value.to_radians());
-        let down = -GRAVITY * angle.sin();
-        [down * direction.cos(), down * direction.sin(), -GRAVITY * angle.cos()]
-    })
+    robot.effects.laws().down().map(|share| GRAVITY * share)
 }

@@ -16,6 +16,7 @@
 
 use control::{Actuation, Sample};
 use description::Robot;
+use effects::{Effect, GravityTilt};
 
 use super::drive::Drive;
 use super::ensemble::{self, Ensemble, Precision};
@@ -41,7 +42,7 @@ impl Walker {
     pub fn new(robot: &Robot, seed: u64, settings: &Settings) -> Result<Self, PlanError> {
         let plan = Plan::new(robot)?;
         let mut level = robot.clone();
-        level.effects.gravity_tilt = None;
+        level.effects.remove(GravityTilt::SPEC.name);
         let motor = &robot.motor;
         Ok(Self {
             plan,

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use control::Actuation;
 use description::robot::{Potentiometer, Robot, Sensor};
-use hal_sim::shaft::{BridgeDrop, Friction, Gravity, Shaft, ShaftState, Stepper, Terminals};
+use effects::{CoulombFriction, DriverDrop, GravityTilt, Laws, LoadFriction, StribeckFriction};
+use hal_sim::shaft::{Shaft, ShaftState, Stepper, Terminals};
 
 /// The thesis's linear motor with the 26:1 gearmotor's numbers: no friction, no gravity, an ideal bridge.
 pub const LINEAR: Shaft = Shaft {
@@ -16,24 +17,30 @@ pub const LINEAR: Shaft = Shaft {
     torque_constant: 0.0209,
     inertia_kg_m2: 1.4e-6,
     viscous: 1.12e-6,
-    friction: Friction::NONE,
-    gravity: Gravity { torque_nm: 0.0, direction_rad: 0.0 },
-    bridge: BridgeDrop { drop_v: 0.0, slope_ohm: 0.0 },
+    laws: Laws::NONE,
 };
 
 /// The same motor with everything: Stribeck and load friction, a tilted axis, an L293DD.
 pub const FULL: Shaft = Shaft {
-    friction: Friction {
-        coulomb_nm: 2.2e-3,
-        breakaway_excess_nm: 0.4e-3,
-        stribeck_speed_rad_per_s: 5.0,
-        load_coefficient: 0.05,
-        presliding_rad: 3e-3,
+    laws: Laws {
+        stribeck_friction: Some(StribeckFriction {
+            torque_nm: 2.2e-3,
+            breakaway_excess_nm: 0.4e-3,
+            speed_rad_per_s: 5.0,
+            presliding_rad: 3e-3,
+        }),
+        load_friction: Some(LoadFriction { coefficient: 0.05, presliding_rad: 3e-3 }),
+        gravity_tilt: Some(GravityTilt { torque_nm: 0.29e-3, direction_rad: 0.7 }),
+        driver_drop: Some(DriverDrop { drop_v: 2.07, slope_ohm: 0.89 }),
+        ..Laws::NONE
     },
-    gravity: Gravity { torque_nm: 0.29e-3, direction_rad: 0.7 },
-    bridge: BridgeDrop { drop_v: 2.07, slope_ohm: 0.89 },
     ..LINEAR
 };
+
+/// Coulomb friction alone.
+pub const fn coulomb(torque_nm: f64, presliding_rad: f64) -> Laws {
+    Laws { coulomb_friction: Some(CoulombFriction { torque_nm, presliding_rad }), ..Laws::NONE }
+}
 
 pub const STEP: f64 = 1e-4;
 
@@ -76,7 +83,7 @@ pub fn quiet_robot() -> Robot {
     for quantity in [&mut adc.noise_lsb, &mut adc.spike_share, &mut adc.inl_lsb, &mut adc.jitter_s] {
         (quantity.value, quantity.low, quantity.high) = (0.0, 0.0, 0.0);
     }
-    robot.effects.sensor_nonlinearity = None;
+    robot.effects.remove("sensor_nonlinearity");
     robot
 }
 

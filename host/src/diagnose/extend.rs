@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use description::DescriptionError;
 use description::edit::Document;
 use description::robot::Quantity;
+use effects::Id;
 
 use super::verdict::{Diagnosis, FittedParameter};
 
@@ -29,9 +30,9 @@ pub fn extend(document: &mut Document, diagnosis: &Diagnosis, source: &str) -> R
             }
             continue;
         }
-        if table == "stribeck_friction" && effects.coulomb_friction.is_some() {
-            // It contains Coulomb friction and takes its place.
-            document.remove("effects.coulomb_friction")?;
+        // What it contains it takes the place of.
+        for inner in effects.listed().filter(|inner| Id::of(table).is_some_and(|outer| outer.contains(*inner))) {
+            document.remove(&format!("effects.{}", inner.name()))?;
         }
         let quantities = |narrow: bool| -> Vec<(&str, Quantity)> {
             numbers.iter().map(|(key, one)| (*key, quantity(one, narrow, source))).collect()

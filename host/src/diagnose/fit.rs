@@ -4,13 +4,14 @@
 //! eliminated from the normal equations (arrow structure) and follow from back substitution. Sensitivities are finite
 //! differences of whole runs.
 
+use effects::{Id, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::current::{current_at, current_residuals};
-use super::library::{Free, Numbers, Scale};
 use super::model::Plant;
 use super::nominal::FileModel;
+use super::numbers::{Free, Number};
 use super::rollout::{self, Normal2, Rolled, Starts, residual};
 use super::track::Track;
 
@@ -27,12 +28,12 @@ pub struct Data<'a> {
 /// A fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
+    /// Effects added to the file's model.
+    pub effects: Vec<Id>,
     /// The numbers that were moved.
     pub free: Vec<Free>,
     /// Their coordinates.
     pub coordinates: Vec<f64>,
-    /// All numbers.
-    pub numbers: Numbers,
     /// Starts of the segments.
     pub starts: Starts,
     /// Sum of squares, in units of sigma², prior included.
@@ -42,29 +43,35 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Begins at the free numbers' starting points.
+    /// Begins with the file's model and added effects, at one of their starting points.
     #[must_use]
-    pub fn begin(model: &FileModel, free: Vec<Free>, starts: Starts) -> Self {
+    pub fn begin(model: &FileModel, effects: &[Id], start: usize, starts: Starts) -> Self {
+        let free = model.with(effects, start);
         let coordinates: Vec<f64> = free.iter().map(|one| one.coordinate(one.start)).collect();
-        let numbers = numbers(model, &free, &coordinates);
-        let size = free.len();
-        Self { free, coordinates, numbers, starts, cost: f64::INFINITY, covariance: DMatrix::zeros(size, size) }
+        let covariance = DMatrix::zeros(free.len(), free.len());
+        Self { effects: effects.to_vec(), free, coordinates, starts, cost: f64::INFINITY, covariance }
     }
 
     /// Takes over what another fit found for the numbers that both have.
-    pub fn take_over(&mut self, model: &FileModel, other: &Fit) {
+    pub fn take_over(&mut self, other: &Fit) {
         for (i, one) in self.free.iter().enumerate() {
-            if let Some(j) = other.free.iter().position(|known| known.slot == one.slot) {
+            if let Some(j) = other.free.iter().position(|known| known.number == one.number) {
                 self.coordinates[i] = other.coordinates[j];
             }
         }
-        self.numbers = numbers(model, &self.free, &self.coordinates);
     }
 
     /// The model with the fitted numbers.
     #[must_use]
     pub fn plant(&self, model: &FileModel) -> Plant {
-        plant(model, &self.numbers)
+        model.plant(&self.effects, &self.free, &self.coordinates)
+    }
+
+    /// The value of a number that was moved, SI units and radians.
+    #[must_use]
+    pub fn value(&self, number: Number) -> Option<f64> {
+        let place = self.free.iter().position(|one| one.number == number)?;
+        Some(self.free[place].number(self.coordinates[place]))
     }
 
     /// Value and standard deviation of a slot's coordinate; `None` if it was not moved.
@@ -72,18 +79,6 @@ impl Fit {
     pub fn deviation(&self, index: usize) -> f64 {
         self.covariance[(index, index)].max(0.0).sqrt()
     }
-}
-
-fn plant(model: &FileModel, numbers: &Numbers) -> Plant {
-    Plant::new(numbers, model.inductance_h, model.rail_v, model.longest_step_s)
-}
-
-fn numbers(model: &FileModel, free: &[Free], coordinates: &[f64]) -> Numbers {
-    let mut numbers = model.numbers;
-    for (one, coordinate) in free.iter().zip(coordinates) {
-        numbers[one.slot as usize] = one.number(*coordinate);
-    }
-    numbers
 }
 
 /// Normal equations after the starts are eliminated, and what back substitution needs.
@@ -102,7 +97,7 @@ struct Reduced {
 /// Fits in place. Stops after `rounds` or when the cost falls by less than `tolerance` of itself.
 pub fn fit(model: &FileModel, data: &Data, start: Fit, rounds: usize, tolerance: f64) -> Fit {
     let mut best = start;
-    let mut rolled = roll_all(model, data, &best.numbers, &best.starts);
+    let mut rolled = roll_all(model, data, &best);
     best.cost = cost(data, &best, &rolled);
     let mut damping = 1e-3;
     let mut reduced = None;
@@ -110,15 +105,15 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, rounds: usize, tolerance:
         let equations = linearise(model, data, &best, &rolled);
         let mut fall = 0.0;
         for attempt in 0..6 {
-            let mut trial = step(model, &best, &equations, damping);
-            let mut trial_rolled = roll_all(model, data, &trial.numbers, &trial.starts);
+            let mut trial = step(&best, &equations, damping);
+            let mut trial_rolled = roll_all(model, data, &trial);
             let mut trial_cost = cost(data, &trial, &trial_rolled);
             if trial_cost >= best.cost && attempt % 2 == 0 {
                 // The starts that went with the old numbers, or a linear step from them, may not suit the new ones.
-                let plant = plant(model, &trial.numbers);
+                let plant = trial.plant(model);
                 let guess = [best.starts.clone()];
                 let _ = rollout::refine_all(&plant, data.tracks, &mut trial.starts, &guess, 1);
-                trial_rolled = roll_all(model, data, &trial.numbers, &trial.starts);
+                trial_rolled = roll_all(model, data, &trial);
                 trial_cost = cost(data, &trial, &trial_rolled);
             }
             if trial_cost < best.cost {
@@ -141,11 +136,11 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, rounds: usize, tolerance:
     best
 }
 
-fn roll_all(model: &FileModel, data: &Data, numbers: &Numbers, starts: &Starts) -> Vec<Rolled> {
-    let plant = plant(model, numbers);
+fn roll_all(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Rolled> {
+    let plant = fit.plant(model);
     data.tracks
         .par_iter()
-        .zip(starts)
+        .zip(&fit.starts)
         .map(|(track, starts)| rollout::roll(&plant, track, starts, None, with_current(data, track)))
         .collect()
 }
@@ -168,26 +163,15 @@ fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
-/// The finite-difference step of a coordinate.
-fn difference_step(one: &Free, coordinate: f64) -> f64 {
-    let step = match (one.scale, one.slot) {
-        (Scale::Log, _) => 2e-3,
-        // The bridge opens and closes on sample times: a smaller step would not see it.
-        (Scale::Linear(_), super::library::Slot::Delay) => 0.25,
-        (Scale::Linear(_), _) => 2e-2,
-    };
-    if coordinate + step > one.coordinate(one.high) { -step } else { step }
-}
-
 fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Reduced {
     let size = fit.free.len();
     let base = fit.plant(model);
     let moved: Vec<(Plant, f64)> = (0..size)
         .map(|i| {
-            let delta = difference_step(&fit.free[i], fit.coordinates[i]);
+            let delta = fit.free[i].difference(fit.coordinates[i]);
             let mut coordinates = fit.coordinates.clone();
             coordinates[i] += delta;
-            (plant(model, &numbers(model, &fit.free, &coordinates)), delta)
+            (model.plant(&fit.effects, &fit.free, &coordinates), delta)
         })
         .collect();
     // Columns 0 and 1: the starts; then the numbers.
@@ -201,6 +185,9 @@ fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Re
                 return (rollout::start_column(&base, track, starts, rolled, column), Vec::new());
             }
             let (plant, delta) = &moved[column - 2];
+            if plant.moves_like(&base) {
+                return (reading_column(&base, plant, rolled, *delta), vec![0.0; rolled.currents.len()]);
+            }
             let mut out = rollout::roll(plant, track, starts, None, with_current(data, track));
             for (value, base) in out.readings.iter_mut().zip(&rolled.readings) {
                 *value = (*value - base) / delta;
@@ -238,6 +225,11 @@ fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Re
 }
 
 type TrackEquations = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, Vec<(Normal2, Vec<[f64; 2]>)>);
+
+/// The column of a number that changes the readings and not the motion.
+fn reading_column(base: &Plant, moved: &Plant, rolled: &Rolled, delta: f64) -> Vec<f64> {
+    rolled.wipers.iter().map(|wiper| (moved.reading(*wiper) - base.reading(*wiper)) / delta).collect()
+}
 
 /// One track's share of the normal equations.
 fn reduce(
@@ -314,7 +306,7 @@ fn add_row(local: &mut [f64], right: &mut DVector<f64>, row: &[f64], r: f64) {
 }
 
 /// One damped step of numbers and starts.
-fn step(model: &FileModel, fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
+fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
     let size = fit.free.len();
     let mut matrix = equations.matrix.clone();
     for i in 0..size {
@@ -347,7 +339,6 @@ fn step(model: &FileModel, fit: &Fit, equations: &Reduced, damping: f64) -> Fit 
         trial.coordinates[i] = to.clamp(lower(one), one.coordinate(one.high));
         moved[i] = trial.coordinates[i] - fit.coordinates[i];
     }
-    trial.numbers = numbers(model, &trial.free, &trial.coordinates);
     for (starts, blocks) in trial.starts.iter_mut().zip(&equations.blocks) {
         for (start, (own, coupling)) in starts.iter_mut().zip(blocks) {
             let mut right = own.gradient;

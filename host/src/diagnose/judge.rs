@@ -1,7 +1,8 @@
 //! From what was tried to a verdict.
 
+use effects::Id;
+
 use super::bootstrap::{Bootstrap, interval};
-use super::library::Effect;
 use super::search::Tried;
 use super::verdict::Verdict;
 
@@ -34,7 +35,7 @@ pub struct Decision {
     /// Index of the model that the answer names; `None` for the nominal one.
     pub named: Option<usize>,
     /// For each effect of it, those that do as well in its place.
-    pub also: Vec<Vec<Effect>>,
+    pub also: Vec<Vec<Id>>,
 }
 
 /// Everything a comparison needs.
@@ -125,22 +126,20 @@ impl Bench<'_> {
         // The simplest of the class is named; what contains it is no rival.
         class.sort_by_key(|&i| (self.tried[i].fit.free.len(), (1e6 * self.ratio(&self.tried[i])) as u64));
         let contains_simpler = |i: usize| {
-            self.tried[i].effects.contains(&Effect::Stribeck)
-                && class.iter().any(|&j| {
-                    j != i
-                        && self.tried[i].effects.iter().all(|effect| {
-                            self.tried[j].effects.contains(effect)
-                                || (*effect == Effect::Stribeck && self.tried[j].effects.contains(&Effect::Coulomb))
-                        })
-                })
+            let outer = &self.tried[i].effects;
+            class.iter().any(|&j| {
+                let inner = &self.tried[j].effects;
+                let covered = |one: &Id| inner.contains(one) || inner.iter().any(|other| one.contains(*other));
+                j != i && outer != inner && outer.iter().all(covered)
+            })
         };
         let class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i)).collect();
         let best = if class.contains(&best) { best } else { class[0] };
         let named = &self.tried[best].effects;
-        let also: Vec<Vec<Effect>> = named
+        let also: Vec<Vec<Id>> = named
             .iter()
             .map(|effect| {
-                let mut others: Vec<Effect> = class
+                let mut others: Vec<Id> = class
                     .iter()
                     .filter(|&&i| i != best)
                     .flat_map(|&i| self.tried[i].effects.iter().copied())

@@ -1,7 +1,7 @@
 //! Diagnosis: what the simulation gets wrong about a measured robot, and the name of the cause.
 //!
 //! Order of work: the numbers of the file's model are refitted first, so that a wrong number is not called a wrong
-//! model; each effect of the library that the file lacks is then fitted jointly with them; all are judged by free
+//! model; each effect of the catalogue that the file lacks is then fitted jointly with them; all are judged by free
 //! rollouts of a fixed length on runs that no fit has seen.
 
 mod bootstrap;
@@ -10,10 +10,10 @@ mod extend;
 mod fit;
 mod floor;
 mod judge;
-mod library;
 mod map;
 mod model;
 mod nominal;
+mod numbers;
 mod rollout;
 mod search;
 mod session;
@@ -31,10 +31,11 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use description::robot::Robot;
+use effects::Id;
 
 use crate::recording::Recording;
 use judge::{Bench, Decision};
-use library::{Effect, Slot};
+use numbers::Number;
 use search::Tried;
 use session::Session;
 
@@ -137,7 +138,7 @@ pub fn diagnose(
         };
         tell("refitting the model's numbers", 0.0);
         let (mut session, nominal) = open(robot, fit, held_out, options)?;
-        let effects = search::candidates(&session, |effect| effect.in_file(robot));
+        let effects = search::candidates(&session, robot);
         let briefly = nominal.mean_square() <= session.noise * judge::NOTHING * judge::NOTHING;
         let done = AtomicUsize::new(0);
         let mut tried = search::singles(&session, &nominal, &effects, briefly, &|| {
@@ -200,7 +201,7 @@ fn open(
     let error = nominal.mean_square().sqrt();
     let ratio = error / session.noise.sqrt();
     let at_bound = nominal.fit.free.iter().zip(&nominal.fit.coordinates).filter(|(free, at)| {
-        let motor = matches!(free.slot, Slot::Resistance | Slot::TorqueConstant | Slot::Inertia);
+        let motor = matches!(free.number, Number::Resistance | Number::TorqueConstant | Number::Inertia);
         motor && (**at <= free.coordinate(free.low) + 1e-6 || **at >= free.coordinate(free.high) - 1e-6)
     });
     let implausible = ratio > IMPLAUSIBLE && at_bound.count() >= 2;
@@ -221,20 +222,20 @@ fn refine_floor(session: &mut Session, tried: &[Tried]) {
 fn write_down(robot: &Robot, session: &Session, bench: &Bench, decision: &Decision) -> Diagnosis {
     let named = decision.named.map(|index| &bench.tried[index]);
     let after = named.unwrap_or(bench.nominal);
-    let extended = values::fitted(robot, &after.fit, &after.effects);
+    let extended = values::fitted(robot, &session.model, &after.fit);
     let causes: Vec<Cause> = after
         .effects
         .iter()
         .zip(&decision.also)
         .map(|(effect, also)| Cause {
             effect: effect.name().to_owned(),
-            also: also.iter().map(|effect| effect.name().to_owned()).chain(unlisted(decision, *effect)).collect(),
+            also: also.iter().map(|effect| effect.name().to_owned()).chain(resembled(decision, *effect)).collect(),
             parameters: values::of_effect(&extended, *effect),
         })
         .collect();
     let (misfit_map, left_over) = map::misfit_map(session, bench.nominal, after);
     let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
-    let mut class: Vec<Effect> = decision.also.iter().flatten().copied().collect();
+    let mut class: Vec<Id> = decision.also.iter().flatten().copied().collect();
     class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
     let gain = named.map_or_else(Gain::default, |model| {
         let [percent_of_excess_removed, low, high] = bench.gain(model);
@@ -254,9 +255,9 @@ fn write_down(robot: &Robot, session: &Session, bench: &Bench, decision: &Decisi
             held_out_rollouts: bench.nominal.judged.errors.len(),
             fit_runs: session.fit.iter().map(|track| track.name.clone()).collect(),
             held_out_runs: session.held_out.iter().map(|track| track.name.clone()).collect(),
-            nominal: values::fitted(robot, &bench.nominal.fit, &[]),
+            nominal: values::fitted(robot, &session.model, &bench.nominal.fit),
             extended,
-            candidates: candidates(robot, bench, named),
+            candidates: candidates(robot, session, bench, named),
             misfit_map,
             traces: map::traces(session, bench.nominal, after),
             rollout_errors: map::rollout_errors(bench.nominal, after),
@@ -268,14 +269,16 @@ fn write_down(robot: &Robot, session: &Session, bench: &Bench, decision: &Decisi
     diagnosis
 }
 
-/// What the library does not have but these data cannot rule out: a reading that lags looks late, and a delay that does
-/// not reach the floor may be the better part of a lag.
-fn unlisted(decision: &Decision, effect: Effect) -> Option<String> {
-    (effect == Effect::Delay && decision.verdict == Verdict::Unexplained).then(|| "sensor_lag".to_owned())
+/// What the catalogue does not have but these data cannot rule out: an effect that does not reach the floor may be the better
+/// part of what it resembles.
+fn resembled(decision: &Decision, effect: Id) -> Vec<String> {
+    let unexplained = decision.verdict == Verdict::Unexplained;
+    let resembles = if unexplained { effect.spec().resembles } else { &[] };
+    resembles.iter().map(|&name| name.to_owned()).collect()
 }
 
 /// The evidence for every model that was tried, best first, the nominal one in front.
-fn candidates(robot: &Robot, bench: &Bench, named: Option<&Tried>) -> Vec<CandidateEvidence> {
+fn candidates(robot: &Robot, session: &Session, bench: &Bench, named: Option<&Tried>) -> Vec<CandidateEvidence> {
     let mut order: Vec<&Tried> = bench.tried.iter().collect();
     order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let is_named = |model: &Tried| named.is_some_and(|named| named.effects == model.effects);
@@ -297,7 +300,7 @@ fn candidates(robot: &Robot, bench: &Bench, named: Option<&Tried>) -> Vec<Candid
             held_out_rmse: model.mean_square().sqrt(),
             ratio_to_floor: bench.ratio(model),
             improvement_percent: bench.improvement(bench.nominal, model, 0.025).map(|share| 100.0 * share),
-            parameters: values::fitted(robot, &model.fit, &model.effects)
+            parameters: values::fitted(robot, &session.model, &model.fit)
                 .into_iter()
                 .filter(|one| one.path.split('.').nth(1).is_some_and(|table| own.contains_key(table)))
                 .collect(),

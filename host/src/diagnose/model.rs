@@ -1,9 +1,11 @@
-//! The forward model: the simulator's own shaft (`hal_sim::shaft`) with driver, supply and sensor around it, rolled out
-//! freely over one segment of a run.
+//! The forward model: the simulator's own plant ([`hal_sim::plant`]: driver, supply, shaft, wiper, every effect's law) rolled
+//! out freely over one segment of a run.
 
-use hal_sim::shaft::{BridgeDrop, Friction, Gravity, Shaft, ShaftState, Stepper, Terminals};
+use effects::{Acts, Id, Laws, States};
+use hal_sim::plant::{Plant as FilePlant, dragged};
+use hal_sim::shaft::{Shaft, ShaftState, Stepper, Terminals};
+use hal_sim::supply::Supply;
 
-use super::library::{Numbers, Slot};
 use super::track::{Segment, Track};
 
 /// What no sensor sees and what one rollout hands to the next.
@@ -13,23 +15,27 @@ pub struct Hidden {
     pub bristle: f64,
     /// Winding current, A.
     pub current: f64,
-    /// Current drawn from the bridge's supply, A.
-    pub supply_current: f64,
-    /// The same behind the battery's relaxation, A.
-    pub relaxed_current: f64,
+    /// How far the wiper is behind the shaft, rad.
+    pub wiper_behind: f64,
+    /// What the effects carry.
+    pub states: States,
 }
 
-/// The model with its numbers set.
+/// The plant with its numbers set, ready for rollouts.
 #[derive(Clone, Debug)]
 pub struct Plant {
+    /// Driven by a duty.
     shaft: Shaft,
-    rail_v: f64,
-    deadband: f64,
-    sag_ohm: f64,
-    relaxation_ohm: f64,
-    relaxation_s: f64,
+    /// Driven at its terminals: what lies before the point where the voltage was measured is left out.
+    terminals: Shaft,
+    supply: Supply,
+    /// The rail is the same whatever the bridge draws.
+    stiff_supply: bool,
+    /// Some effect acts on the duty.
+    shapes_duty: bool,
+    half_play: f64,
     delay_s: f64,
-    harmonics: [f64; 4],
+    /// Some effect acts between shaft and reading.
     bent: bool,
     longest_step: f64,
 }
@@ -37,80 +43,84 @@ pub struct Plant {
 /// A span of more than this many mean spans of its segment is a hole. No segment has one inside.
 const LONGEST_SPAN: f64 = 10.0;
 
+/// Laws without the effects that act in some places.
+fn without(laws: &Laws, acts: impl Fn(Acts) -> bool) -> Laws {
+    let mut left = *laws;
+    for id in laws.listed().filter(|id| acts(id.spec().acts)) {
+        id.put(&mut left, None);
+    }
+    left
+}
+
+fn any(laws: &Laws, acts: Acts) -> bool {
+    laws.listed().any(|id: Id| id.spec().acts == acts)
+}
+
 impl Plant {
-    /// From numbers in SI units.
+    /// From the simulator's plant, with the longest step of the integrator (s).
     #[must_use]
-    pub fn new(numbers: &Numbers, inductance_h: f64, rail_v: f64, longest_step: f64) -> Self {
-        let get = |slot: Slot| numbers[slot as usize];
-        let harmonics = [get(Slot::Cos1), get(Slot::Sin1), get(Slot::Cos2), get(Slot::Sin2)];
-        let (east, north) = (get(Slot::GravityCos), get(Slot::GravitySin));
+    pub fn new(file: FilePlant, longest_step: f64) -> Self {
+        let FilePlant { supply, shaft, half_play, .. } = file;
+        let before_terminals = |acts| matches!(acts, Acts::Command | Acts::Bridge | Acts::Supply);
         Self {
-            shaft: Shaft {
-                resistance_ohm: get(Slot::Resistance),
-                inductance_h,
-                torque_constant: get(Slot::TorqueConstant),
-                inertia_kg_m2: get(Slot::Inertia),
-                viscous: get(Slot::Viscous),
-                friction: Friction {
-                    coulomb_nm: get(Slot::Coulomb),
-                    breakaway_excess_nm: get(Slot::BreakawayExcess),
-                    stribeck_speed_rad_per_s: get(Slot::StribeckSpeed),
-                    load_coefficient: get(Slot::LoadCoefficient),
-                    presliding_rad: get(Slot::Presliding),
-                },
-                gravity: Gravity { torque_nm: east.hypot(north), direction_rad: north.atan2(east) },
-                bridge: BridgeDrop { drop_v: get(Slot::DropVolts), slope_ohm: get(Slot::DropSlope) },
-            },
-            rail_v,
-            deadband: get(Slot::Deadband),
-            sag_ohm: get(Slot::SagOhm),
-            relaxation_ohm: get(Slot::RelaxationOhm),
-            relaxation_s: get(Slot::RelaxationTime),
-            delay_s: get(Slot::Delay),
-            bent: harmonics.iter().any(|&amplitude| amplitude != 0.0),
-            harmonics,
+            terminals: Shaft { laws: without(&shaft.laws, before_terminals), ..shaft },
+            stiff_supply: supply.cell.is_none() && !any(&shaft.laws, Acts::Supply),
+            shapes_duty: any(&shaft.laws, Acts::Command),
+            bent: any(&shaft.laws, Acts::Sensor),
+            delay_s: shaft.laws.reading_age(),
+            shaft,
+            supply,
+            half_play,
             longest_step,
         }
     }
 
-    /// What the sensor shows at an angle, rad.
+    /// What the sensor shows where the wiper stands at an angle, rad.
     #[inline]
     #[must_use]
-    pub fn reading(&self, angle: f64) -> f64 {
-        if !self.bent {
-            return angle;
-        }
-        let (sin, cos) = angle.sin_cos();
-        let [cos1, sin1, cos2, sin2] = self.harmonics;
-        angle + cos1 * cos + sin1 * sin + cos2 * (cos * cos - sin * sin) + sin2 * 2.0 * sin * cos
+    pub fn reading(&self, wiper: f64) -> f64 {
+        if self.bent { wiper + self.shaft.laws.reading_error(wiper) } else { wiper }
+    }
+
+    /// Whether another plant moves alike, so that only its readings differ.
+    #[must_use]
+    pub fn moves_like(&self, other: &Self) -> bool {
+        let motion =
+            |plant: &Self| Shaft { laws: without(&plant.shaft.laws, |acts| acts == Acts::Sensor), ..plant.shaft };
+        motion(self) == motion(other) && self.delay_s == other.delay_s && self.half_play == other.half_play
     }
 
     /// What no sensor sees at the start of a run, from the speed there.
     #[must_use]
     pub fn hidden_at_start(&self, speed: f64) -> Hidden {
-        // A shaft that turns slides; one that does not is taken as relaxed.
-        Hidden { bristle: (speed / 0.5).clamp(-1.0, 1.0), ..Hidden::default() }
+        // A shaft that turns slides and drags its wiper; one that does not is taken as relaxed.
+        let dragging = (speed / 0.5).clamp(-1.0, 1.0);
+        Hidden { bristle: dragging, wiper_behind: self.half_play * dragging, ..Hidden::default() }
     }
 
     /// Rolls out one segment from an angle and a speed at its first sample (at the time the sensor shows there, so a
-    /// late reading is a late start). Writes the reading at each sample, and the current where asked; returns what the
-    /// next segment starts with.
+    /// late reading is a late start). Writes where the wiper stands at each sample, and the current where asked; returns
+    /// what the next segment starts with.
     pub fn roll(
         &self,
         track: &Track,
         segment: &Segment,
         start: [f64; 2],
         hidden: Hidden,
-        readings: &mut [f64],
+        wipers: &mut [f64],
         currents: Option<&mut [f64]>,
     ) -> Hidden {
-        let mut state =
-            ShaftState { angle: start[0], speed: start[1], current: hidden.current, bristle: hidden.bristle };
-        let mut supply = (hidden.supply_current, hidden.relaxed_current);
+        let shaft = if track.terminals_measured { &self.terminals } else { &self.shaft };
+        let mut motion = Motion {
+            state: ShaftState { angle: start[0], speed: start[1], current: hidden.current, bristle: hidden.bristle },
+            wiper: start[0] - hidden.wiper_behind,
+            states: hidden.states,
+            drawn_as: 0.0,
+        };
         let mut drive = DriveCursor::new(track, segment.first, self.delay_s);
-        let mut stepper: Option<(Stepper, usize, f64)> = None;
+        let mut known: Option<(Stepper, usize, f64)> = None;
         let mut currents = currents;
-        readings[0] = self.reading(state.angle);
+        wipers[0] = motion.wiper;
         // The last sample leads on to the next segment. Where a hole in the recording lies between, nothing is carried
         // over it, and it may be hours long.
         let samples = segment.last - segment.first;
@@ -121,83 +131,83 @@ impl Plant {
         };
         for k in segment.first..segment.last.min(track.t.len() - 1) {
             let span = (track.t[k + 1] - track.t[k]).min(longest_span);
-            let (stepper, steps) = match &stepper {
-                Some((known, steps, known_span)) if (span - known_span).abs() < 1e-7 => (*known, *steps),
-                _ => {
-                    let steps = (span / self.longest_step - 1e-3).ceil().max(1.0);
-                    let made = self.shaft.stepper(span / steps);
-                    stepper = Some((made, steps as usize, span));
-                    (made, steps as usize)
-                }
-            };
+            if known.as_ref().is_none_or(|(.., known_span)| (span - known_span).abs() >= 1e-7) {
+                let steps = (span / self.longest_step - 1e-3).ceil().max(1.0);
+                known = Some((shaft.stepper(span / steps), steps as usize, span));
+            }
+            let Some((stepper, steps, _)) = &known else { continue };
             let mut current = 0.0;
-            for j in 0..steps {
+            for j in 0..*steps {
                 let (step, from) = (stepper.step(), track.t[k] + j as f64 * stepper.step());
                 // A late drive switches the bridge inside a step: the step is cut there, for no mean stands for both.
                 let Some(first) = drive.switch_within(track, from, step) else {
                     let (command, enabled) = drive.over(track, k, from, step);
-                    current += self.advance(track, &stepper, &mut state, &mut supply, command, enabled);
+                    current += self.advance(track, stepper, &mut motion, command, enabled);
                     continue;
                 };
                 for (from, part) in [(from, first), (from + first, step - first)] {
                     let (command, enabled) = drive.over(track, k, from, part);
-                    let part_stepper = self.shaft.stepper(part);
-                    let mean = self.advance(track, &part_stepper, &mut state, &mut supply, command, enabled);
+                    let mean = self.advance(track, &shaft.stepper(part), &mut motion, command, enabled);
                     current += mean * part / step;
                 }
             }
+            // What the supply remembers advances with the mean current, as in a control period of the simulation.
+            shaft.laws.draw(&mut motion.states, motion.drawn_as / span, span);
+            motion.drawn_as = 0.0;
             let place = k + 1 - segment.first;
             if k + 1 < segment.last {
-                readings[place] = self.reading(state.angle);
+                wipers[place] = motion.wiper;
             }
             if let Some(currents) = currents.as_deref_mut() {
-                currents[place - 1] = current / steps as f64;
+                currents[place - 1] = current / *steps as f64;
             }
         }
-        Hidden { bristle: state.bristle, current: state.current, supply_current: supply.0, relaxed_current: supply.1 }
+        Hidden {
+            bristle: motion.state.bristle,
+            current: motion.state.current,
+            wiper_behind: motion.state.angle - motion.wiper,
+            states: motion.states,
+        }
     }
 
-    /// One step of driver, supply and shaft; returns the mean current.
+    /// One step of driver, supply, shaft and wiper; returns the mean current, A.
     #[inline]
-    fn advance(
-        &self,
-        track: &Track,
-        stepper: &Stepper,
-        state: &mut ShaftState,
-        supply: &mut (f64, f64),
-        command: f64,
-        enabled: bool,
-    ) -> f64 {
-        let terminals = if enabled {
-            let voltage = if track.drive_is_volts {
-                self.past_deadband(command, self.rail_v)
-            } else {
-                let sag = self.sag_ohm * supply.0 + self.relaxation_ohm * supply.1;
-                self.past_deadband(command, 1.0) * (self.rail_v - sag)
-            };
-            Terminals::Driven { voltage }
-        } else {
+    fn advance(&self, track: &Track, stepper: &Stepper, motion: &mut Motion, command: f64, enabled: bool) -> f64 {
+        let shaft = stepper.shaft();
+        let mut duty = 0.0;
+        let terminals = if !enabled {
             Terminals::Open
+        } else if track.terminals_measured {
+            Terminals::Driven { voltage: command }
+        } else {
+            let rail = self.supply.rail_v;
+            duty = if track.drive_is_volts { command / rail } else { command };
+            if self.shapes_duty {
+                duty = shaft.laws.duty(duty);
+            }
+            let rail = if track.drive_is_volts || self.stiff_supply {
+                rail
+            } else {
+                let fallen = shaft.laws.supply_fallen(&motion.states);
+                self.supply.rail(shaft, duty, motion.state.speed, fallen)
+            };
+            Terminals::Driven { voltage: duty * rail }
         };
-        let means = stepper.advance(state, terminals);
-        supply.0 = if enabled && !track.drive_is_volts { command * means.current } else { 0.0 };
-        if self.relaxation_ohm != 0.0 {
-            supply.1 += (supply.0 - supply.1) * (stepper.step() / self.relaxation_s).min(1.0);
-        }
+        let means = stepper.advance(&mut motion.state, terminals);
+        motion.drawn_as += duty * means.current * stepper.step();
+        motion.wiper = dragged(motion.wiper, self.half_play, motion.state.angle);
         means.current
     }
+}
 
-    #[inline]
-    fn past_deadband(&self, command: f64, full: f64) -> f64 {
-        let width = self.deadband * full;
-        if width == 0.0 {
-            command
-        } else if command.abs() <= width {
-            0.0
-        } else {
-            command - width.copysign(command)
-        }
-    }
+/// What moves in a rollout.
+struct Motion {
+    state: ShaftState,
+    /// Where the wiper stands, rad.
+    wiper: f64,
+    states: States,
+    /// Charge that the bridge has drawn since the last sample, A·s.
+    drawn_as: f64,
 }
 
 /// Parts of a step shorter than this share of it are not worth a step of their own.

@@ -1,25 +1,31 @@
-//! The file's own model: its numbers, the effects that it has, and how far a refit may move them.
+//! The file's own model: its plant, the effects that it has, and how far a refit may move its numbers.
+
+use std::collections::BTreeMap;
 
 use description::robot::{Quantity, Robot};
+use effects::{FitNumber, Id, Scale, Sizes};
+use hal_sim::plant::Plant as FilePlant;
 
-use super::library::{Effect, Free, Numbers, SLOTS, Scale, Sizes, Slot, candidate};
+use super::fit::Fit;
+use super::model::Plant;
+use super::numbers::{Free, Number};
 
-/// The file's own model: all its numbers, and those that the refit moves.
+/// The file's own model: its plant, and the numbers that a refit moves.
 pub struct FileModel {
-    /// Values in the file.
-    pub numbers: Numbers,
-    /// Those that are refitted.
+    /// The plant at the file's values, as a simulation runs it.
+    file: FilePlant,
+    /// The file's effects with their values, SI units and radians.
+    effects: BTreeMap<Id, Vec<f64>>,
+    /// Numbers that are refitted.
     pub free: Vec<Free>,
-    /// Winding inductance, H.
-    pub inductance_h: f64,
     /// Bridge supply, V.
     pub rail_v: f64,
     /// Typical sizes.
-    pub sizes: Sizes,
+    sizes: Sizes,
     /// Mechanical time constant J R / K², s.
     pub time_constant_s: f64,
     /// Longest step of the integrator, s.
-    pub longest_step_s: f64,
+    longest_step_s: f64,
 }
 
 /// Standard deviation of the prior on a positive number, from the file's spread; never tighter than `least`.
@@ -28,172 +34,165 @@ fn spread(quantity: &Quantity, least: f64) -> f64 {
     ratio.max(least)
 }
 
-/// Half of the file's plausible range.
-fn half_range(quantity: &Quantity) -> f64 {
-    0.5 * (quantity.high - quantity.low).abs()
+/// The cell's charge is not in a recording: the file's nominal one stands for it. It matters beyond the converter's limits
+/// only.
+fn charge(robot: &Robot) -> f64 {
+    robot.supply.battery.as_ref().map_or(1.0, |battery| battery.charge.value)
 }
 
 impl FileModel {
-    /// From the robot file. `duty` says whether the runs give the duty and no measured supply.
+    /// From the robot file.
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
-        let motor = &robot.motor;
-        let resistance = motor.resistance_ohm.value;
-        let torque_constant = motor.torque_constant_nm_per_a.value;
-        let inertia = motor.rotor_inertia_kg_m2.value + robot.load.inertia_kg_m2.value;
+        let file = FilePlant::new(robot, charge(robot));
+        let shaft = &file.shaft;
         let rail_v = robot.supply.rail_v.value;
-        let sizes = Sizes { stall_nm: torque_constant * rail_v / resistance, rail_v, resistance_ohm: resistance };
-        let mut numbers = [0.0; SLOTS];
-        numbers[Slot::Presliding as usize] = 4e-3;
-        numbers[Slot::StribeckSpeed as usize] = 4.0;
-        numbers[Slot::RelaxationTime as usize] = 1.0;
-        let time_constant_s = inertia * resistance / (torque_constant * torque_constant);
-        let mut model = Self {
-            numbers,
-            free: Vec::new(),
-            inductance_h: motor.inductance_h.value,
+        let stall_nm = shaft.torque_constant * rail_v / shaft.resistance_ohm;
+        let time_constant_s =
+            shaft.inertia_kg_m2 * shaft.resistance_ohm / (shaft.torque_constant * shaft.torque_constant);
+        let sizes = Sizes {
+            torque_nm: stall_nm.max(shaft.laws.largest_torque()),
             rail_v,
-            sizes,
-            time_constant_s,
-            longest_step_s: (time_constant_s / 100.0).clamp(0.5e-3, 1.5e-3),
+            resistance_ohm: shaft.resistance_ohm,
         };
-        let wide = |slot, value: f64, prior| Free {
-            slot,
-            scale: Scale::Log,
-            start: value,
-            low: value / 5.0,
-            high: value * 5.0,
-            prior,
-        };
-        model.add(wide(Slot::Resistance, resistance, spread(&motor.resistance_ohm, 0.3)));
-        model.add(wide(Slot::TorqueConstant, torque_constant, spread(&motor.torque_constant_nm_per_a, 0.15)));
-        let load = &robot.load.inertia_kg_m2;
-        let total = Quantity {
-            value: inertia,
-            low: motor.rotor_inertia_kg_m2.low + load.low,
-            high: motor.rotor_inertia_kg_m2.high + load.high,
-            source: String::new(),
-        };
-        model.add(wide(Slot::Inertia, inertia, spread(&total, 0.3)));
-        let damping = torque_constant * torque_constant / resistance;
-        model.add(Free {
-            slot: Slot::Viscous,
-            scale: Scale::Linear(0.1 * damping),
-            start: motor.viscous_nm_s_per_rad.value,
-            low: 0.0,
-            high: motor.viscous_nm_s_per_rad.value.max(damping) * 20.0,
-            prior: 50.0,
-        });
-        model.add_effects(robot);
-        model
-    }
-
-    fn add(&mut self, free: Free) {
-        self.numbers[free.slot as usize] = free.start;
-        self.free.push(free);
-    }
-
-    /// Moves a number of the file's effects, with the library's way of moving it and the file's value to start from.
-    fn add_from(&mut self, effect: Effect, values: &[(Slot, f64, f64)]) {
-        for mut free in candidate(effect, &self.sizes, 0) {
-            if let Some((_, value, spread)) = values.iter().find(|(slot, ..)| *slot == free.slot) {
-                free.start = value.clamp(free.low, free.high);
-                if let Scale::Linear(unit) = free.scale {
-                    // As wide as the file says, and never tighter than a fifth of the value.
-                    free.prior = (spread.max(0.2 * value.abs()) / unit).max(1.0);
-                }
-                self.add(free);
-            }
-        }
-    }
-
-    fn add_effects(&mut self, robot: &Robot) {
-        let effects = &robot.effects;
-        let degree = 1f64.to_radians();
-        let told = |slot, quantity: &Quantity, unit: f64| (slot, quantity.value * unit, half_range(quantity) * unit);
-        let radians = |quantity: &Quantity| quantity.value.to_radians();
-        let mut presliding = None;
-        if let Some(it) = &effects.stribeck_friction {
-            presliding = Some(radians(&it.presliding_deg));
-            self.add_from(
-                Effect::Stribeck,
-                &[
-                    told(Slot::Coulomb, &it.torque_nm, 1.0),
-                    told(Slot::BreakawayExcess, &it.breakaway_excess_nm, 1.0),
-                    told(Slot::StribeckSpeed, &it.speed_rad_per_s, 1.0),
-                ],
-            );
-        } else if let Some(it) = &effects.coulomb_friction {
-            presliding = Some(radians(&it.presliding_deg));
-            self.add_from(Effect::Coulomb, &[told(Slot::Coulomb, &it.torque_nm, 1.0)]);
-        }
-        if let Some(it) = &effects.load_friction {
-            presliding.get_or_insert(radians(&it.presliding_deg));
-            self.add_from(Effect::Load, &[told(Slot::LoadCoefficient, &it.coefficient, 1.0)]);
-        }
-        if let Some(presliding) = presliding {
-            self.add_from(Effect::Coulomb, &[(Slot::Presliding, presliding, 0.0)]);
-        }
-        if let Some(it) = &effects.gravity_tilt {
-            let (sin, cos) = radians(&it.direction_deg).sin_cos();
-            let torque = it.torque_nm.value;
-            let spread =
-                half_range(&it.torque_nm).max(torque * half_range(&it.direction_deg).to_radians()).max(0.2 * torque);
-            self.sizes.stall_nm = self.sizes.stall_nm.max(torque);
-            self.add_from(
-                Effect::Gravity,
-                &[(Slot::GravityCos, torque * cos, spread), (Slot::GravitySin, torque * sin, spread)],
-            );
-        }
-        if let Some(it) = &effects.driver_drop {
-            self.add_from(Effect::Drop, &[told(Slot::DropVolts, &it.drop_v, 1.0)]);
-            self.numbers[Slot::DropSlope as usize] = it.slope_ohm.value;
-        }
-        if let Some(it) = &effects.driver_deadband {
-            self.add(Free {
-                slot: Slot::Deadband,
-                scale: Scale::Linear(0.01),
-                start: it.width_duty.value,
-                low: 0.0,
-                high: 0.6,
-                prior: f64::INFINITY,
-            });
-        }
-        if let Some(it) = &effects.battery_sag {
-            self.add_from(
-                Effect::Sag,
-                &[
-                    told(Slot::SagOhm, &it.resistance_ohm, 1.0),
-                    told(Slot::RelaxationOhm, &it.relaxation_ohm, 1.0),
-                    told(Slot::RelaxationTime, &it.relaxation_s, 1.0),
-                ],
-            );
-        }
-        if let Some(it) = &effects.sensor_nonlinearity {
-            let values = [
-                told(Slot::Cos1, &it.cos1_deg, degree),
-                told(Slot::Sin1, &it.sin1_deg, degree),
-                told(Slot::Cos2, &it.cos2_deg, degree),
-                told(Slot::Sin2, &it.sin2_deg, degree),
-            ];
-            self.add_from(Effect::Nonlinearity, &values);
-        }
-        if let Some(it) = &effects.sensor_delay {
-            self.add_from(Effect::Delay, &[told(Slot::Delay, &it.delay_s, 1.0)]);
-        }
-    }
-
-    /// The file's free numbers and those of the candidates, from one of their starting points.
-    #[must_use]
-    pub fn with(&self, effects: &[Effect], start: usize) -> Vec<Free> {
-        let mut free = self.free.clone();
-        for &effect in effects {
-            for one in candidate(effect, &self.sizes, start) {
-                if !free.iter().any(|known| known.slot == one.slot) {
+        let effects: BTreeMap<Id, Vec<f64>> =
+            robot.effects.listed().filter_map(|id| Some((id, robot.effects.values(id)?))).collect();
+        let mut free = motor_numbers(robot, &file);
+        for id in effects.keys().filter(|id| !id.spec().acts.on_the_ground()) {
+            for one in file_numbers(robot, *id, &sizes) {
+                if !free.iter().any(|known| known.number == one.number) {
                     free.push(one);
                 }
             }
         }
+        let longest_step_s = (time_constant_s / 100.0).clamp(0.5e-3, 1.5e-3);
+        Self { file, effects, free, rail_v, sizes, time_constant_s, longest_step_s }
+    }
+
+    /// The file's free numbers and those of added effects, from one of their starting points.
+    #[must_use]
+    pub fn with(&self, added: &[Id], start: usize) -> Vec<Free> {
+        let mut free = self.free.clone();
+        for one in added.iter().flat_map(|id| id.fit(&self.sizes)) {
+            let one = Free::of_effect(&one, start);
+            if !free.iter().any(|known| known.number == one.number) {
+                free.push(one);
+            }
+        }
         free
     }
+
+    /// How many starting points effects are worth.
+    #[must_use]
+    pub fn starts(&self, added: &[Id]) -> usize {
+        let two = added.iter().flat_map(|id| id.fit(&self.sizes)).any(|one| one.has_two_starts());
+        if two { 2 } else { 1 }
+    }
+
+    /// The plant with added effects, its free numbers at these coordinates.
+    #[must_use]
+    pub fn plant(&self, added: &[Id], free: &[Free], coordinates: &[f64]) -> Plant {
+        let value = |number: Number| {
+            let place = free.iter().position(|one| one.number == number)?;
+            Some(free[place].number(coordinates[place]))
+        };
+        let mut file = self.file.clone();
+        let shaft = &mut file.shaft;
+        for (number, field) in [
+            (Number::Resistance, &mut shaft.resistance_ohm),
+            (Number::TorqueConstant, &mut shaft.torque_constant),
+            (Number::Inertia, &mut shaft.inertia_kg_m2),
+            (Number::Viscous, &mut shaft.viscous),
+        ] {
+            *field = value(number).unwrap_or(*field);
+        }
+        for (id, values) in self.values(added, value) {
+            id.put(&mut shaft.laws, Some(&values));
+        }
+        for id in self.replaced(added) {
+            id.put(&mut shaft.laws, None);
+        }
+        Plant::new(file, self.longest_step_s)
+    }
+
+    /// The file's effects that an added one contains and takes the place of.
+    fn replaced(&self, added: &[Id]) -> Vec<Id> {
+        self.effects.keys().copied().filter(|id| added.iter().any(|outer| outer.contains(*id))).collect()
+    }
+
+    /// Places of an effect's numbers among those that a fit moved.
+    #[must_use]
+    pub fn numbers_of(&self, id: Id, fit: &Fit) -> Vec<usize> {
+        let own = id.fit(&self.sizes);
+        let place = |one: &FitNumber| fit.free.iter().position(|free| free.number == Number::OfEffect(one.name));
+        own.iter().filter_map(place).collect()
+    }
+
+    /// The values of the effects of a model, in the order of their parameters: the file's, where no number moves them.
+    pub fn values(&self, added: &[Id], value: impl Fn(Number) -> Option<f64>) -> BTreeMap<Id, Vec<f64>> {
+        let mut effects = self.effects.clone();
+        for id in self.replaced(added) {
+            effects.remove(&id);
+        }
+        for &id in added {
+            effects.entry(id).or_insert_with(|| vec![0.0; id.spec().parameters.len()]);
+        }
+        for (id, values) in effects.iter_mut().filter(|(id, _)| !id.spec().acts.on_the_ground()) {
+            let own = id.fit(&self.sizes);
+            let mut numbers = id.fit_of_values(values, own.len());
+            for (number, one) in numbers.iter_mut().zip(&own) {
+                *number = value(Number::OfEffect(one.name)).unwrap_or(*number);
+            }
+            id.values_of_fit(&numbers, values);
+        }
+        effects
+    }
+}
+
+/// R, K, J and b, as far as the file's ranges let them move.
+fn motor_numbers(robot: &Robot, file: &FilePlant) -> Vec<Free> {
+    let (motor, shaft) = (&robot.motor, &file.shaft);
+    let wide = |number, words, value: f64, prior| Free::of_motor(number, words, value, 5.0, prior);
+    let load = &robot.load.inertia_kg_m2;
+    let total = Quantity {
+        value: shaft.inertia_kg_m2,
+        low: motor.rotor_inertia_kg_m2.low + load.low,
+        high: motor.rotor_inertia_kg_m2.high + load.high,
+        source: String::new(),
+    };
+    let damping = shaft.torque_constant * shaft.torque_constant / shaft.resistance_ohm;
+    let (resistance, torque_constant) = (&motor.resistance_ohm, &motor.torque_constant_nm_per_a);
+    vec![
+        wide(Number::Resistance, "the winding's resistance", shaft.resistance_ohm, spread(resistance, 0.3)),
+        wide(Number::TorqueConstant, "the torque constant", shaft.torque_constant, spread(torque_constant, 0.15)),
+        wide(Number::Inertia, "the inertia", shaft.inertia_kg_m2, spread(&total, 0.3)),
+        Free {
+            scale: Scale::Linear(0.1 * damping),
+            low: 0.0,
+            high: shaft.viscous.max(damping) * 20.0,
+            step: 2e-2,
+            ..wide(Number::Viscous, "the viscous damping", shaft.viscous, 50.0)
+        },
+    ]
+}
+
+/// The numbers of an effect of the file: the catalogue's way of moving them, the file's values to start from, and its
+/// ranges as priors.
+fn file_numbers(robot: &Robot, id: Id, sizes: &Sizes) -> Vec<Free> {
+    let (Some(values), Some(ranges)) = (robot.effects.values(id), robot.effects.half_ranges(id)) else {
+        return Vec::new();
+    };
+    let own = id.fit(sizes);
+    let starts = id.fit_of_values(&values, own.len());
+    let spreads = id.fit_ranges(&values, &ranges, own.len());
+    let with_file = |((one, start), spread): ((&FitNumber, &f64), &f64)| {
+        let mut free = Free::of_effect(one, 0);
+        free.start = start.clamp(free.low, free.high);
+        if let Scale::Linear(unit) = free.scale {
+            // As wide as the file says, and never tighter than a fifth of the value.
+            free.prior = (spread.max(0.2 * start.abs()) / unit).max(1.0);
+        }
+        free
+    };
+    own.iter().zip(&starts).zip(&spreads).map(with_file).collect()
 }

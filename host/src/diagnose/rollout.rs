@@ -14,8 +14,10 @@ const STEP: [f64; 2] = [1e-4, 5e-3];
 /// One track's rollouts, segments end to end.
 #[derive(Clone, Debug, Default)]
 pub struct Rolled {
-    /// Reading at each sample of each segment.
+    /// Reading at each sample of each segment, rad.
     pub readings: Vec<f64>,
+    /// Where the wiper stands at each sample of each segment, rad.
+    pub wipers: Vec<f64>,
     /// Mean current from each sample to the next; empty where not asked.
     pub currents: Vec<f64>,
     /// What no sensor sees at each segment's start.
@@ -34,7 +36,8 @@ pub fn roll(
 ) -> Rolled {
     let total: usize = track.segments.iter().map(|segment| segment.last - segment.first).sum();
     let mut rolled = Rolled {
-        readings: vec![0.0; total],
+        readings: Vec::new(),
+        wipers: vec![0.0; total],
         currents: if with_current { vec![0.0; total + 1] } else { Vec::new() },
         hidden: Vec::with_capacity(track.segments.len()),
     };
@@ -49,11 +52,11 @@ pub fn roll(
         };
         rolled.hidden.push(hidden);
         let currents = if with_current { Some(&mut rolled.currents[offset..=offset + length]) } else { None };
-        carried =
-            plant.roll(track, segment, starts[i], hidden, &mut rolled.readings[offset..offset + length], currents);
+        carried = plant.roll(track, segment, starts[i], hidden, &mut rolled.wipers[offset..offset + length], currents);
         offset += length;
     }
     rolled.currents.truncate(if with_current { total } else { 0 });
+    rolled.readings = rolled.wipers.iter().map(|wiper| plant.reading(*wiper)).collect();
     rolled
 }
 
@@ -176,6 +179,7 @@ fn keep_better(
             starts[i] = other[i];
             errors[i] = trial_errors[i];
             rolled.readings[offset..offset + length].copy_from_slice(&trial.readings[offset..offset + length]);
+            rolled.wipers[offset..offset + length].copy_from_slice(&trial.wipers[offset..offset + length]);
         }
         offset += length;
     }

@@ -1,17 +1,18 @@
 //! Tries the library: every effect on its own, then the most promising pairs, each fitted jointly with the file's own
 //! numbers and judged on the held-out runs.
 
+use description::robot::Robot;
+use effects::{Acts, Id};
 use rayon::prelude::*;
 
 use super::fit::Fit;
-use super::library::{Effect, starts};
 use super::session::{Judged, Session};
 
 /// A model that was tried.
 #[derive(Clone, Debug)]
 pub struct Tried {
     /// Effects added to the file's model.
-    pub effects: Vec<Effect>,
+    pub effects: Vec<Id>,
     /// Its fit.
     pub fit: Fit,
     /// How it does on the held-out runs.
@@ -41,20 +42,18 @@ const MOST: (usize, usize) = (5, 3);
 /// Pairs are formed among this many of the best single effects.
 const PAIRED: usize = 3;
 
-/// Every effect that the file lacks and that these runs can show.
+/// Every effect on the shaft that the file lacks and that these runs can show.
 #[must_use]
-pub fn candidates(session: &Session, in_file: impl Fn(Effect) -> bool) -> Vec<Effect> {
+pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
     let tracks = || session.fit.iter().chain(&session.held_out);
-    Effect::ALL
-        .into_iter()
-        .filter(|&effect| !in_file(effect))
-        .filter(|&effect| match effect {
-            // Behind a voltage measured at the terminals neither bridge nor supply can do anything.
-            Effect::Drop => tracks().all(|track| !track.terminals_measured),
-            Effect::Sag => tracks().all(|track| !track.drive_is_volts),
-            _ => true,
-        })
-        .collect()
+    let in_file = |id: Id| robot.effects.listed().any(|listed| listed == id || listed.contains(id));
+    let shows = |id: &Id| match id.spec().acts {
+        Acts::Command | Acts::Bridge => tracks().all(|track| !track.terminals_measured),
+        Acts::Supply => tracks().all(|track| !track.drive_is_volts),
+        Acts::Shaft | Acts::Sensor => true,
+        Acts::Foot | Acts::Ground => false,
+    };
+    Id::all().filter(|&id| !in_file(id)).filter(shows).collect()
 }
 
 /// Fits and judges every effect on its own; `done` is told after each. With `briefly`, a first look is all that any
@@ -63,11 +62,11 @@ pub fn candidates(session: &Session, in_file: impl Fn(Effect) -> bool) -> Vec<Ef
 pub fn singles(
     session: &Session,
     nominal: &Tried,
-    effects: &[Effect],
+    effects: &[Id],
     briefly: bool,
     done: &(dyn Fn() + Sync),
 ) -> Vec<Tried> {
-    let wanted: Vec<(Vec<Effect>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &nominal.fit)).collect();
+    let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &nominal.fit)).collect();
     try_all(session, &wanted, briefly, MOST.0, done)
 }
 
@@ -75,7 +74,7 @@ pub fn singles(
 /// judges all.
 fn try_all(
     session: &Session,
-    wanted: &[(Vec<Effect>, &Fit)],
+    wanted: &[(Vec<Id>, &Fit)],
     briefly: bool,
     most: usize,
     done: &(dyn Fn() + Sync),
@@ -83,7 +82,7 @@ fn try_all(
     let looks: Vec<Fit> = wanted
         .par_iter()
         .map(|(effects, from)| {
-            let starts = effects.iter().map(|&effect| starts(effect)).max().unwrap_or(1);
+            let starts = session.model.starts(effects);
             let rounds = if briefly { 3 } else { LOOK };
             (0..starts)
                 .map(|start| session.look(effects, start, from, rounds))
@@ -97,19 +96,19 @@ fn try_all(
     sorted.sort_by(f64::total_cmp);
     let at = |place: usize| sorted.get(place.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0);
     let bar = (PROMISING * at(0) + 0.05).clamp(at(1), at(most - 1).max(at(1)));
-    // Where Stribeck friction is promising, what it contains must not lose for want of a full fit.
-    let simpler: Vec<Vec<Effect>> = wanted
+    // Where an effect is promising, what it contains must not lose for want of a full fit.
+    let contained: Vec<Vec<Id>> = wanted
         .iter()
         .zip(&excess)
         .filter(|(_, excess)| **excess <= bar)
-        .filter_map(|((effects, _), _)| with_coulomb(effects))
+        .filter_map(|((effects, _), _)| simpler(effects))
         .collect();
     let mut tried: Vec<Tried> = looks
         .into_par_iter()
         .zip(wanted)
         .zip(excess)
         .map(|((look, (effects, _)), excess)| {
-            let promising = excess <= bar || simpler.contains(effects);
+            let promising = excess <= bar || contained.contains(effects);
             let fit = if promising && !briefly { session.finish(look, ROUNDS, TOLERANCE) } else { look };
             let judged = session.judge(&fit);
             done();
@@ -122,11 +121,11 @@ fn try_all(
     tried
 }
 
-/// Stribeck friction contains Coulomb friction: each of the two is fitted once more from where the other ended, where
-/// that promises more, so that neither wins by the luck of its starting point.
+/// Of two effects of which one contains the other, as Stribeck friction does Coulomb friction, each is fitted once more from
+/// where the other ended, where that promises more, so that neither wins by the luck of its starting point.
 fn level(session: &Session, tried: &mut [Tried]) {
     for rich in 0..tried.len() {
-        let Some(simple) = with_coulomb(&tried[rich].effects) else { continue };
+        let Some(simple) = simpler(&tried[rich].effects) else { continue };
         let Some(simple) = tried.iter().position(|one| one.effects == simple) else { continue };
         for (from, to) in [(rich, simple), (simple, rich)] {
             // Within a per mille they agree already; far apart, it is no matter of starting points.
@@ -142,11 +141,15 @@ fn level(session: &Session, tried: &mut [Tried]) {
     }
 }
 
-/// The same effects with Coulomb friction in place of Stribeck friction; `None` without the latter.
-fn with_coulomb(effects: &[Effect]) -> Option<Vec<Effect>> {
-    let place = effects.iter().position(|&effect| effect == Effect::Stribeck)?;
+/// The same effects with one of them in its contained form (Coulomb friction for Stribeck friction); `None` where none
+/// contains another.
+fn simpler(effects: &[Id]) -> Option<Vec<Id>> {
+    let (place, inner) = effects
+        .iter()
+        .enumerate()
+        .find_map(|(place, outer)| Some((place, Id::all().find(|inner| outer.contains(*inner))?)))?;
     let mut simpler = effects.to_vec();
-    simpler[place] = Effect::Coulomb;
+    simpler[place] = inner;
     simpler.sort();
     Some(simpler)
 }
@@ -156,7 +159,7 @@ fn with_coulomb(effects: &[Effect]) -> Option<Vec<Effect>> {
 pub fn pairs(session: &Session, singles: &[Tried]) -> Vec<Tried> {
     let mut order: Vec<&Tried> = singles.iter().collect();
     order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
-    let mut wanted: Vec<(Vec<Effect>, &Fit)> = Vec::new();
+    let mut wanted: Vec<(Vec<Id>, &Fit)> = Vec::new();
     for (i, first) in order.iter().enumerate() {
         for (j, second) in order.iter().enumerate().skip(i + 1) {
             // The best one with every other, and the rest of the best few among themselves.
@@ -167,16 +170,15 @@ pub fn pairs(session: &Session, singles: &[Tried]) -> Vec<Tried> {
             }
         }
     }
-    let simpler: Vec<(Vec<Effect>, &Fit)> = wanted
+    let contained: Vec<(Vec<Id>, &Fit)> = wanted
         .iter()
-        .filter_map(|(effects, _)| with_coulomb(effects))
-        .filter(|simpler| !wanted.iter().any(|(effects, _)| effects == simpler))
-        .filter_map(|simpler| {
-            let coulomb = order.iter().find(|tried| tried.effects == [Effect::Coulomb])?;
-            Some((simpler, &coulomb.fit))
+        .filter_map(|(effects, _)| simpler(effects))
+        .filter(|pair| pair[0] != pair[1] && !wanted.iter().any(|(effects, _)| effects == pair))
+        .filter_map(|pair| {
+            let alone = order.iter().find(|tried| pair.contains(&tried.effects[0]))?;
+            Some((pair, &alone.fit))
         })
-        .filter(|(simpler, _)| simpler.len() == 2 && simpler[0] != simpler[1])
         .collect();
-    wanted.extend(simpler);
+    wanted.extend(contained);
     try_all(session, &wanted, false, MOST.1, &|| ())
 }

@@ -1,11 +1,11 @@
 //! One diagnosis at work: the runs made ready, the noise floor, and fits and judgements of models on them.
 
 use description::robot::Robot;
+use effects::Id;
 
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit};
 use super::floor::{self, Scatter};
-use super::library::Effect;
 use super::nominal::FileModel;
 use super::rollout::{self, Rolled, Starts};
 use super::track::{Cut, Segment, Track};
@@ -139,7 +139,7 @@ impl Session {
 
     /// Refits the file's numbers and measures the noise about the outcome, in turns: neither needs the other to be good.
     fn settle(&mut self) -> Fit {
-        let mut fit = Fit::begin(&self.model, self.model.free.clone(), self.fit_guess.clone());
+        let mut fit = Fit::begin(&self.model, &[], 0, self.fit_guess.clone());
         let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
         self.fit_noise = self.measure(&fit, true);
         fit = fit::fit(&self.model, &self.data(), fit, 6, 1e-3);
@@ -214,15 +214,15 @@ impl Session {
     /// A first look at the file's model with further effects: a few rounds on a third of the rollouts, beginning where
     /// another fit ended. The starts of the outcome are those of `from`.
     #[must_use]
-    pub fn look(&self, effects: &[Effect], start: usize, from: &Fit, rounds: usize) -> Fit {
+    pub fn look(&self, effects: &[Id], start: usize, from: &Fit, rounds: usize) -> Fit {
         let starts = self
             .coarse_segments
             .iter()
             .zip(&from.starts)
             .map(|(taken, starts)| taken.iter().map(|&i| starts[i]).collect())
             .collect();
-        let mut fit = Fit::begin(&self.model, self.model.with(effects, start), starts);
-        fit.take_over(&self.model, from);
+        let mut fit = Fit::begin(&self.model, effects, start, starts);
+        fit.take_over(from);
         let data = Data { tracks: &self.coarse, ..self.data() };
         fit = fit::fit(&self.model, &data, fit, rounds, 1e-3);
         fit.starts.clone_from(&from.starts);
@@ -232,9 +232,9 @@ impl Session {
     /// Fits the file's model with further effects to all rollouts, with the numbers that it shares with another fit from
     /// there.
     #[must_use]
-    pub fn again(&self, effects: &[Effect], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
-        let mut fit = Fit::begin(&self.model, self.model.with(effects, 0), from.starts.clone());
-        fit.take_over(&self.model, from);
+    pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
+        let mut fit = Fit::begin(&self.model, effects, 0, from.starts.clone());
+        fit.take_over(from);
         self.finish(fit, rounds, tolerance)
     }
 

@@ -1,13 +1,13 @@
 //! The mechanics, on data made with the model itself: what was put in comes out. Whether the diagnosis finds what a
 //! richer world hides is the system tests' business.
 
-use hal_sim::shaft::{BridgeDrop, Friction, Gravity, Shaft, ShaftState, Terminals};
+use effects::{CoulombFriction, DriverDrop, GravityTilt, Laws, LoadFriction, StribeckFriction};
+use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use std::f64::consts::TAU;
 use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 
-use super::library::Slot;
 use super::*;
 use crate::recording::{AngleReading, Drive, Recording};
 
@@ -36,9 +36,7 @@ impl Rig {
                 torque_constant: 0.0209 * 0.9,
                 inertia_kg_m2: 1.5e-6 * 1.2,
                 viscous: 8e-6,
-                friction: Friction::NONE,
-                gravity: Gravity { torque_nm: 0.0, direction_rad: 0.0 },
-                bridge: BridgeDrop { drop_v: 0.0, slope_ohm: 0.0 },
+                laws: Laws::NONE,
             },
             noise: 2e-3,
             sag_ohm: 0.0,
@@ -109,14 +107,8 @@ fn changed(change: impl FnOnce(&mut Rig)) -> Rig {
     rig
 }
 
-fn friction(coulomb: f64, excess: f64, load: f64) -> Friction {
-    Friction {
-        coulomb_nm: coulomb,
-        breakaway_excess_nm: excess,
-        stribeck_speed_rad_per_s: 4.0,
-        load_coefficient: load,
-        presliding_rad: 6e-3,
-    }
+fn coulomb(torque_nm: f64) -> Laws {
+    Laws { coulomb_friction: Some(CoulombFriction { torque_nm, presliding_rad: 6e-3 }), ..Laws::NONE }
 }
 
 fn assert_found(rig: &Rig, effect: &str, key: &str, truth: f64) {
@@ -137,13 +129,13 @@ fn wrong_numbers_are_refitted_and_nothing_is_named() {
     let rig = Rig::off();
     let runs = rig.runs(1);
     let (session, nominal) = session::Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
-    let number = |slot: Slot| nominal.numbers[slot as usize];
+    let number = |number: Number| nominal.value(number).unwrap();
     let near = |value: f64, truth: f64| assert!((value / truth - 1.0).abs() < 0.02, "{value}, truth {truth}");
     // What angle and drive show: K, the gain K/(RJ), and the coast's damping b/J.
-    let (resistance, inertia) = (number(Slot::Resistance), number(Slot::Inertia));
-    near(number(Slot::TorqueConstant), rig.shaft.torque_constant);
+    let (resistance, inertia) = (number(Number::Resistance), number(Number::Inertia));
+    near(number(Number::TorqueConstant), rig.shaft.torque_constant);
     near(1e-6 / (resistance * inertia), 1e-6 / (rig.shaft.resistance_ohm * rig.shaft.inertia_kg_m2));
-    near(number(Slot::Viscous) / inertia, rig.shaft.viscous / rig.shaft.inertia_kg_m2);
+    near(number(Number::Viscous) / inertia, rig.shaft.viscous / rig.shaft.inertia_kg_m2);
     near(session.noise.sqrt(), rig.noise);
     let diagnosis = diagnosed(&rig, 1);
     assert_eq!((diagnosis.verdict, diagnosis.causes.len()), (Verdict::Nothing, 0));
@@ -153,30 +145,33 @@ fn wrong_numbers_are_refitted_and_nothing_is_named() {
 
 #[test]
 fn coulomb_friction_is_found_and_not_called_stribeck() {
-    assert_found(&changed(|rig| rig.shaft.friction = friction(1e-4, 0.0, 0.0)), "coulomb_friction", "torque_nm", 1e-4);
+    assert_found(&changed(|rig| rig.shaft.laws = coulomb(1e-4)), "coulomb_friction", "torque_nm", 1e-4);
 }
 
 #[test]
 fn stribeck_friction_is_found() {
-    let rig = changed(|rig| rig.shaft.friction = friction(1e-4, 2e-4, 0.0));
+    let law =
+        StribeckFriction { torque_nm: 1e-4, breakaway_excess_nm: 2e-4, speed_rad_per_s: 4.0, presliding_rad: 6e-3 };
+    let rig = changed(|rig| rig.shaft.laws.stribeck_friction = Some(law));
     assert_found(&rig, "stribeck_friction", "breakaway_excess_nm", 2e-4);
 }
 
 #[test]
 fn load_friction_is_found() {
-    assert_found(&changed(|rig| rig.shaft.friction = friction(0.0, 0.0, 0.15)), "load_friction", "coefficient", 0.15);
+    let law = LoadFriction { coefficient: 0.15, presliding_rad: 6e-3 };
+    assert_found(&changed(|rig| rig.shaft.laws.load_friction = Some(law)), "load_friction", "coefficient", 0.15);
 }
 
 #[test]
 fn gravity_is_found() {
-    let gravity = Gravity { torque_nm: 1e-4, direction_rad: 1.0 };
-    assert_found(&changed(|rig| rig.shaft.gravity = gravity), "gravity_tilt", "direction_deg", 57.3);
+    let law = GravityTilt { torque_nm: 1e-4, direction_rad: 1.0 };
+    assert_found(&changed(|rig| rig.shaft.laws.gravity_tilt = Some(law)), "gravity_tilt", "direction_deg", 57.3);
 }
 
 #[test]
 fn driver_drop_is_found_and_its_slope_is_a_resistance() {
-    let bridge = BridgeDrop { drop_v: 0.15, slope_ohm: 1.0 };
-    assert_found(&changed(|rig| rig.shaft.bridge = bridge), "driver_drop", "drop_v", 0.15);
+    let law = DriverDrop { drop_v: 0.15, slope_ohm: 1.0 };
+    assert_found(&changed(|rig| rig.shaft.laws.driver_drop = Some(law)), "driver_drop", "drop_v", 0.15);
 }
 
 #[test]
@@ -197,7 +192,7 @@ fn sensor_delay_is_found() {
 #[test]
 fn a_pair_is_found_together() {
     let rig = changed(|rig| {
-        rig.shaft.friction = friction(1.5e-4, 0.0, 0.0);
+        rig.shaft.laws = coulomb(1.5e-4);
         rig.cos1 = 0.02;
     });
     let diagnosis = diagnosed(&rig, 5);
@@ -234,19 +229,19 @@ fn threads_do_not_change_the_outcome() {
 
 #[test]
 fn the_extended_file_has_the_cause_and_simulates() {
-    let diagnosis = diagnosed(&changed(|rig| rig.shaft.friction = friction(1e-4, 0.0, 0.0)), 3);
+    let diagnosis = diagnosed(&changed(|rig| rig.shaft.laws = coulomb(1e-4)), 3);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/bench-linear.toml");
     let mut document = description::edit::Document::load(&path).unwrap();
     extend(&mut document, &diagnosis, "test").unwrap();
     let robot = document.robot().unwrap();
-    let coulomb = robot.effects.coulomb_friction.unwrap();
-    assert_eq!(coulomb.torque_nm.value.to_bits(), {
+    let quantity = |key| robot.effects.quantity("coulomb_friction", key).unwrap();
+    assert_eq!(quantity("torque_nm").value.to_bits(), {
         let [value, ..] = diagnosis.causes[0].parameters["torque_nm"];
         format!("{value:.8e}").parse::<f64>().unwrap().to_bits()
     });
-    assert!(coulomb.presliding_deg.low < coulomb.presliding_deg.value);
+    assert!(quantity("presliding_deg").low < quantity("presliding_deg").value);
     // What was extended has nothing left to explain.
-    let runs = changed(|rig| rig.shaft.friction = friction(1e-4, 0.0, 0.0)).runs(4);
+    let runs = changed(|rig| rig.shaft.laws = coulomb(1e-4)).runs(4);
     let again = diagnose(&document.robot().unwrap(), &runs[..4], &runs[4..], &Options::default()).unwrap();
     assert_eq!(again.verdict, Verdict::Nothing, "{:?}", again.detail.summary);
 }

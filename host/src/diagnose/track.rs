@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use description::angle_code::{AdcCurve, Track as Element, angle_scale, corrected_angle};
 use description::robot::{Potentiometer, Robot, Sensor};
+use hal_sim::driver::Driver;
 
 use super::DiagnoseError;
 use crate::recording::{AngleReading, Drive, Recording};
@@ -24,7 +25,7 @@ pub struct Track {
     pub angle: Vec<f64>,
     /// Weight of each reading in fits and judgements: 0 where missing or a spike, else 1.
     pub weight: Vec<f64>,
-    /// What the bridge is told from this sample to the next: duty; or V where `drive_is_volts`.
+    /// What the bridge's switches do from this sample to the next: duty; or V where `drive_is_volts`.
     pub drive: Vec<f64>,
     /// Largest size of `drive`.
     pub drive_scale: f64,
@@ -106,10 +107,13 @@ impl Track {
         if !terminals_measured && command.iter().any(|duty| duty.abs() > 1.0 + 1e-6) {
             return Err(bad("duty beyond −1 … 1".into(), "name the column voltage_v if these are volts"));
         }
-        let drive: Vec<f64> = if with_supply {
-            command.iter().zip(&recording.supply_v).map(|(duty, supply)| duty * supply).collect()
-        } else {
+        let driver = Driver::new(robot);
+        let drive: Vec<f64> = if terminals_measured {
             command.clone()
+        } else {
+            let switched = command.iter().map(|duty| driver.switched(*duty));
+            let supply = recording.supply_v.iter().copied().filter(|_| with_supply).chain(std::iter::repeat(1.0));
+            switched.zip(supply).map(|(duty, supply)| duty * supply).collect()
         };
         let mut drive_integral = vec![0.0; n];
         for i in 1..n {

@@ -1,7 +1,8 @@
 //! The verdict and its evidence in words.
 
+use effects::{Id, Scale};
+
 use super::judge::{Bench, REACHES};
-use super::library::{Effect, Scale, Slot};
 use super::search::Tried;
 use super::verdict::{Diagnosis, Verdict};
 
@@ -33,71 +34,25 @@ pub fn evidence(bench: &Bench, model: &Tried, named: Option<&Tried>) -> (Vec<Str
     for (i, free) in model.fit.free.iter().enumerate().skip(bench.nominal.fit.free.len()) {
         let at = model.fit.coordinates[i];
         if at <= free.coordinate(free.low) && matches!(free.scale, Scale::Linear(_)) {
-            against.push(format!("its fit sets {} to the lower bound", quantity(free.slot)));
+            against.push(format!("its fit sets {} to the lower bound", free.words));
         } else if at >= free.coordinate(free.high) {
-            against.push(format!("its fit drives {} into the upper bound", quantity(free.slot)));
+            against.push(format!("its fit drives {} into the upper bound", free.words));
         }
     }
     (speaks_for, against)
 }
 
-/// A fitted number for people.
-fn quantity(slot: Slot) -> &'static str {
-    match slot {
-        Slot::Resistance => "the winding's resistance",
-        Slot::TorqueConstant => "the torque constant",
-        Slot::Inertia => "the inertia",
-        Slot::Viscous => "the viscous damping",
-        Slot::Coulomb => "the sliding friction",
-        Slot::BreakawayExcess => "the breakaway torque",
-        Slot::StribeckSpeed => "the Stribeck speed",
-        Slot::LoadCoefficient => "the load coefficient",
-        Slot::Presliding => "the presliding length",
-        Slot::GravityCos | Slot::GravitySin => "the gravity torque",
-        Slot::DropVolts => "the bridge's drop",
-        Slot::DropSlope => "the rise of the bridge's drop",
-        Slot::Deadband => "the deadband",
-        Slot::SagOhm => "the supply's resistance",
-        Slot::RelaxationOhm => "the supply's slow resistance",
-        Slot::RelaxationTime => "the supply's relaxation time",
-        Slot::Delay => "the delay",
-        Slot::Cos1 | Slot::Sin1 => "the sensor's first harmonic",
-        Slot::Cos2 | Slot::Sin2 => "the sensor's second harmonic",
-    }
-}
-
 /// Names joined with "and".
 #[must_use]
-pub fn list(effects: &[Effect]) -> String {
+pub fn list(effects: &[Id]) -> String {
     effects.iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" and ")
 }
 
 /// The experiment that tells the effects of a class apart, or that would show more of what is left.
 #[must_use]
-pub fn next_experiment(class: &[Effect], left_over: Option<&str>) -> Option<String> {
-    use Effect::{Coulomb, Delay, Drop, Gravity, Load, Nonlinearity, Sag, Stribeck};
-    let has = |a: Effect, b: Effect| class.contains(&a) && class.contains(&b);
-    let friction = |effect: &Effect| matches!(effect, Coulomb | Stribeck | Load);
+pub fn next_experiment(class: &[Id], left_over: Option<&str>) -> Option<String> {
     let text = if class.len() > 1 {
-        if class.contains(&Drop) && class.iter().any(friction) {
-            "turn the shaft up to speed and let it coast with the bridge open (enable = 0), from several speeds: friction \
-             brakes on, the driver's drop does not"
-        } else if has(Coulomb, Stribeck) {
-            "raise the duty slowly through zero from rest, both ways, a dozen times: a breakaway above the sliding \
-             torque shows Stribeck friction"
-        } else if class.contains(&Load) && class.iter().any(friction) {
-            "accelerate hard and coast freely through the same speeds: only load friction differs between the two"
-        } else if has(Drop, Sag) {
-            "hold several duties on the same load and measure the bridge's supply (column supply_v)"
-        } else if has(Gravity, Nonlinearity) {
-            "turn at two constant speeds, slow and fast: gravity's ripple shrinks with speed, the sensor's error does not"
-        } else if class.contains(&Delay) {
-            "reverse the drive abruptly at several speeds: a late reading is late by the same time everywhere"
-        } else if class.contains(&Sag) {
-            "measure the bridge's supply (column supply_v) in the same runs"
-        } else {
-            "repeat the runs with other speeds and duties, and with stretches where the bridge is open (enable = 0)"
-        }
+        telling_apart(class)
     } else {
         match left_over? {
             "angle_rad" => {
@@ -112,6 +67,17 @@ pub fn next_experiment(class: &[Effect], left_over: Option<&str>) -> Option<Stri
         }
     };
     Some(text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// The experiment for the first pair of a class that the catalogue knows to be mistaken for one another; else the one that
+/// shows an effect of it best.
+fn telling_apart(class: &[Id]) -> &'static str {
+    let mut pairs = class.iter().flat_map(|id| id.spec().mistaken_for);
+    let known = pairs.find(|other| class.iter().any(|id| id.name() == other.with));
+    let best = || class.iter().find_map(|id| id.spec().experiment);
+    known.map(|other| other.experiment).or_else(best).unwrap_or(
+        "repeat the runs with other speeds and duties, and with stretches where the bridge is open (enable = 0)",
+    )
 }
 
 /// The verdict in a few plain sentences.

@@ -17,6 +17,7 @@ mod words;
 mod write;
 mod xml;
 
+use effects::Id;
 use hal_sim::body::Plan;
 pub use words::{Cone, Integrator, Solver};
 
@@ -160,13 +161,9 @@ fn root(plan: &Plan, options: &Options) -> Result<usize, MjcfError> {
 /// Refuses what MuJoCo's friction cannot do.
 fn friction(plan: &Plan) -> Result<(), MjcfError> {
     let Some(contact) = &plan.contact else { return Ok(()) };
-    let unknown = [
-        (contact.stribeck.is_some(), "foot_stribeck", "falls with speed"),
-        (contact.lateral_share != 1.0, "foot_anisotropy", "turns with the module"),
-        (contact.load.is_some(), "foot_load_friction", "falls with load"),
-    ];
-    match unknown.into_iter().find(|(there, ..)| *there) {
-        Some((_, effect, what)) => Err(MjcfError::Friction { effect, what }),
+    let unknown = |id: Id| Some((id.name(), id.spec().not_in_mujoco?));
+    match contact.laws.listed().find_map(unknown) {
+        Some((effect, what)) => Err(MjcfError::Friction { effect, what }),
         None => Ok(()),
     }
 }

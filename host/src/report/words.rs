@@ -1,5 +1,7 @@
 //! Names, units and sentences for people.
 
+use effects::Id;
+
 use crate::diagnose::{Diagnosis, LeftOver, Verdict};
 
 use super::svg::number;
@@ -7,36 +9,19 @@ use super::svg::number;
 /// An effect's name for people and what it does, in one clause.
 #[must_use]
 pub(super) fn effect(name: &str) -> (String, &'static str) {
-    let (title, what) = match name {
-        "coulomb_friction" => ("Coulomb friction", "a constant torque against the motion"),
-        "stribeck_friction" => ("Stribeck friction", "friction that is highest at rest and falls with speed"),
-        "load_friction" => ("load friction", "friction that grows with the torque through the gears"),
-        "gravity_tilt" => ("gravity on a tilted axis", "a torque that depends on the shaft angle, once a turn"),
-        "driver_drop" => ("the driver's voltage drop", "voltage that the bridge keeps for itself"),
-        "driver_deadband" => ("the driver's deadband", "small duties that do nothing"),
-        "battery_sag" => ("battery sag", "a supply that gives way under load"),
-        "sensor_nonlinearity" => ("sensor nonlinearity", "an angle error that repeats every turn"),
-        "sensor_delay" => ("sensor delay", "an angle reading that comes late"),
-        other => return (other.replace('_', " "), ""),
-    };
-    (title.to_owned(), what)
+    match Id::of(name) {
+        Some(id) => (id.spec().title.to_owned(), id.spec().clause),
+        None => (name.replace('_', " "), ""),
+    }
 }
 
 /// A text with the effects' names as people write them.
 #[must_use]
 pub(super) fn readable(text: &str) -> String {
-    const NAMES: [&str; 9] = [
-        "coulomb_friction",
-        "stribeck_friction",
-        "load_friction",
-        "gravity_tilt",
-        "driver_drop",
-        "driver_deadband",
-        "battery_sag",
-        "sensor_nonlinearity",
-        "sensor_delay",
-    ];
-    NAMES.iter().fold(text.to_owned(), |text, name| text.replace(name, &effect(name).0))
+    // The longest first: `foot_load_friction` has `load_friction` in it.
+    let mut names: Vec<&str> = Id::all().map(Id::name).collect();
+    names.sort_by_key(|name| std::cmp::Reverse(name.len()));
+    names.into_iter().fold(text.to_owned(), |text, name| text.replace(name, &effect(name).0))
 }
 
 /// What was compared and what came out, in one paragraph.

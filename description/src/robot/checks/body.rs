@@ -46,15 +46,10 @@ impl Checks<'_> {
                 format!("stands without {missing}: [body], [backbone], [eccentric], [feet] and [ground] are one");
             self.wrong(first, &message, &format!("add {missing}, or remove {}", named(true).join(", ")));
         }
-        let effects = &robot.effects;
-        for (path, there) in [
-            ("effects.foot_stribeck", effects.foot_stribeck.is_some()),
-            ("effects.foot_anisotropy", effects.foot_anisotropy.is_some()),
-            ("effects.foot_load_friction", effects.foot_load_friction.is_some()),
-            ("effects.ground_slope", effects.ground_slope.is_some()),
-        ] {
-            if there && robot.body.is_none() {
-                self.wrong(path, "needs a body: there are no feet on the ground", "remove it, or add [body]");
+        for id in robot.effects.listed().filter(|id| id.spec().acts.on_the_ground()) {
+            if robot.body.is_none() {
+                let path = format!("effects.{}", id.name());
+                self.wrong(&path, "needs a body: there are no feet on the ground", "remove it, or add [body]");
             }
         }
     }

@@ -1,0 +1,61 @@
+//! `foot_stribeck`: the feet's friction falls with their sliding speed.
+//!
+//! `µ(v) = µ (1 + excess·exp(−(v/v_s)²))` (B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30, 1994).
+
+use crate::effect::Effect;
+use crate::fit::{FitNumber, Sizes};
+use crate::spec::{Acts, Coordinate, Parameter, Spec};
+
+/// Friction of a foot that is highest at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FootStribeck {
+    /// How much higher at rest, as a share of the friction at speed.
+    pub excess_share: f64,
+    /// Stribeck speed v_s, m/s; positive.
+    pub speed_m_per_s: f64,
+}
+
+impl Effect for FootStribeck {
+    type State = ();
+
+    const SPEC: Spec = Spec {
+        name: "foot_stribeck",
+        summary: "The feet's friction falls with their sliding speed.",
+        title: "Stribeck friction of the feet",
+        clause: "feet that grip more at rest than while they slide",
+        law: "µ(v) = µ (1 + excess·exp(−(v/v_s)²)), µ being `ground.friction`",
+        source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30, 1994",
+        parameters: &[
+            Parameter::new("excess_share", "How much higher at rest, share of the friction at speed.", 0.0, 10.0),
+            Parameter::new("speed_m_per_s", "Stribeck speed.", 1e-5, 10.0),
+        ],
+        acts: Acts::Foot,
+        shows_in: Coordinate::Ground,
+        contains: &[],
+        mistaken_for: &[],
+        resembles: &[],
+        experiment: None,
+        not_in_mujoco: Some("falls with speed"),
+    };
+
+    fn from_values(values: &[f64]) -> Self {
+        Self { excess_share: values[0], speed_m_per_s: values[1] }
+    }
+
+    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
+        vec![
+            FitNumber::linear("foot_excess", "the feet's breakaway", 0.1, 0.2, [0.0, 10.0]),
+            FitNumber::log("foot_stribeck_speed", "the feet's Stribeck speed", [0.01, 0.1], [1e-4, 10.0], 2.0),
+        ]
+    }
+
+    #[inline]
+    fn foot_friction(&self, speed: f64, _load: f64) -> f64 {
+        let ratio = speed / self.speed_m_per_s;
+        1.0 + self.excess_share * (-ratio * ratio).exp()
+    }
+
+    fn varies_foot_friction(&self) -> bool {
+        true
+    }
+}

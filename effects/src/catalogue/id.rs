@@ -1,0 +1,89 @@
+//! An effect by its place in the catalogue.
+
+use super::list::Entry;
+use super::{ENTRIES, Laws};
+use crate::fit::{FitNumber, Sizes};
+use crate::spec::Spec;
+
+/// An effect of the catalogue. Ordered as the catalogue lists them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Id(usize);
+
+impl Id {
+    /// Every effect, in the order of the catalogue.
+    pub fn all() -> impl Iterator<Item = Self> + use<> {
+        (0..ENTRIES.len()).map(Self)
+    }
+
+    /// The effect of a name.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::all().find(|id| id.name() == name)
+    }
+
+    fn entry(self) -> &'static Entry {
+        &ENTRIES[self.0]
+    }
+
+    /// What is known about it.
+    #[must_use]
+    pub fn spec(self) -> &'static Spec {
+        &self.entry().spec
+    }
+
+    /// The name of its table in the robot file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.spec().name
+    }
+
+    /// Whether it contains another effect as a special case.
+    #[must_use]
+    pub fn contains(self, other: Self) -> bool {
+        self.spec().contains.contains(&other.name())
+    }
+
+    /// Whether two effects are forms of the same thing, so that both together are never asked for.
+    #[must_use]
+    pub fn overlaps(self, other: Self) -> bool {
+        self == other || self.contains(other) || other.contains(self)
+    }
+
+    /// The numbers that a fit moves, for a rig of these sizes.
+    #[must_use]
+    pub fn fit(self, sizes: &Sizes) -> Vec<FitNumber> {
+        (self.entry().fit)(sizes)
+    }
+
+    /// Puts the fit's numbers into values in the order of [`Spec::parameters`].
+    pub fn values_of_fit(self, numbers: &[f64], values: &mut [f64]) {
+        (self.entry().values_of_fit)(numbers, values);
+    }
+
+    /// The fit's numbers of values in the order of [`Spec::parameters`].
+    #[must_use]
+    pub fn fit_of_values(self, values: &[f64], count: usize) -> Vec<f64> {
+        let mut numbers = vec![0.0; count];
+        (self.entry().fit_of_values)(values, &mut numbers);
+        numbers
+    }
+
+    /// Half the plausible range of each of the fit's numbers, from that of the values.
+    #[must_use]
+    pub fn fit_ranges(self, values: &[f64], half_ranges: &[f64], count: usize) -> Vec<f64> {
+        let mut numbers = vec![0.0; count];
+        (self.entry().fit_ranges)(values, half_ranges, &mut numbers);
+        numbers
+    }
+
+    /// Gives a robot the effect with these values (SI, rad, in the order of [`Spec::parameters`]), or takes it away.
+    pub fn put(self, laws: &mut Laws, values: Option<&[f64]>) {
+        (self.entry().put)(laws, values);
+    }
+}
+
+impl std::fmt::Debug for Id {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}

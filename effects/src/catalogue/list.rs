@@ -1,0 +1,222 @@
+//! What follows from the list of effects: every effect's place in [`Laws`], [`States`] and [`Id`].
+
+/// Makes the modules, [`super::Laws`] with a field an effect, [`super::States`], and [`super::Id`].
+macro_rules! catalogue {
+    ($($module:ident::$law:ident,)*) => {
+        $(
+            mod $module;
+            pub use $module::$law;
+        )*
+
+        /// The effects that a robot has, SI units and radians: a field an effect, named as its table in the robot file.
+        #[derive(Clone, Copy, Debug, PartialEq, Default)]
+        pub struct Laws {
+            $(#[doc = concat!("`", stringify!($module), "`")] pub $module: Option<$law>,)*
+        }
+
+        /// What the effects carry from step to step.
+        #[derive(Clone, Copy, Debug, PartialEq, Default)]
+        pub struct States {
+            $($module: <$law as Effect>::State,)*
+        }
+
+        /// Every effect's entry, in the order of the list.
+        static ENTRIES: &[Entry] = &[$(Entry::of::<$law>(|laws, values| {
+            laws.$module = values.map($law::from_values);
+        }),)*];
+
+        impl Laws {
+            /// A robot without any effect.
+            pub const NONE: Self = Self { $($module: None,)* };
+
+            /// The duty that arrives, −1 … 1, of one that is commanded.
+            #[inline]
+            #[must_use]
+            pub fn duty(&self, duty: f64) -> f64 {
+                let mut duty = duty;
+                $(if let Some(law) = &self.$module {
+                    duty = law.duty(duty);
+                })*
+                duty
+            }
+
+            /// Voltage that the bridge takes.
+            #[inline]
+            #[must_use]
+            pub fn bridge(&self) -> BridgeDrop {
+                let mut sum = BridgeDrop::default();
+                $(if let Some(law) = &self.$module {
+                    let one = law.bridge();
+                    sum.drop_v += one.drop_v;
+                    sum.slope_ohm += one.slope_ohm;
+                })*
+                sum
+            }
+
+            /// Resistance of the bridge's supply that acts at once, Ω.
+            #[inline]
+            #[must_use]
+            pub fn supply_resistance(&self) -> f64 {
+                let mut sum = 0.0;
+                $(if let Some(law) = &self.$module {
+                    sum += law.supply_resistance();
+                })*
+                sum
+            }
+
+            /// By how much the supply has fallen slowly, V.
+            #[inline]
+            #[must_use]
+            pub fn supply_fallen(&self, states: &States) -> f64 {
+                let mut sum = 0.0;
+                $(if let Some(law) = &self.$module {
+                    sum += law.supply_fallen(&states.$module);
+                })*
+                sum
+            }
+
+            /// Advances what the supply remembers, by a mean bridge current (A) over a time (s).
+            #[inline]
+            pub fn draw(&self, states: &mut States, bridge_a: f64, time: f64) {
+                $(if let Some(law) = &self.$module {
+                    law.draw(&mut states.$module, bridge_a, time);
+                })*
+            }
+
+            /// Level at which friction slides, N·m, at a speed (rad/s) with a torque (N·m) through the teeth.
+            #[inline]
+            #[must_use]
+            pub fn friction_level(&self, speed: f64, transmitted_nm: f64) -> f64 {
+                let mut sum = 0.0;
+                $(if let Some(law) = &self.$module {
+                    sum += law.friction_level(speed, transmitted_nm);
+                })*
+                sum
+            }
+
+            /// Presliding length of the one bristle that carries all friction, rad: that of the first effect in the list
+            /// that has one; `None` without friction.
+            #[inline]
+            #[must_use]
+            pub fn presliding(&self) -> Option<f64> {
+                $(if let Some(length) = self.$module.and_then(|law| law.presliding()) {
+                    return Some(length);
+                })*
+                None
+            }
+
+            /// Torque on the shaft at an angle (rad), N·m, counter-clockwise positive.
+            #[inline]
+            #[must_use]
+            pub fn torque(&self, angle: f64) -> f64 {
+                let mut sum = 0.0;
+                $(if let Some(law) = &self.$module {
+                    sum += law.torque(angle);
+                })*
+                sum
+            }
+
+            /// Error of the reading at a shaft angle (rad), rad.
+            #[inline]
+            #[must_use]
+            pub fn reading_error(&self, angle: f64) -> f64 {
+                let mut sum = 0.0;
+                $(if let Some(law) = &self.$module {
+                    sum += law.reading_error(angle);
+                })*
+                sum
+            }
+
+            /// Age of the reading, s.
+            #[inline]
+            #[must_use]
+            pub fn reading_age(&self) -> f64 {
+                let mut sum = 0.0;
+                $(if let Some(law) = &self.$module {
+                    sum += law.reading_age();
+                })*
+                sum
+            }
+
+            /// Factor on the coefficient of friction of a foot that slides at `speed` (m/s) under `load` (N).
+            #[inline]
+            #[must_use]
+            pub fn foot_friction(&self, speed: f64, load: f64) -> f64 {
+                let mut factor = 1.0;
+                $(if let Some(law) = &self.$module {
+                    factor *= law.foot_friction(speed, load);
+                })*
+                factor
+            }
+
+            /// Whether a foot's friction depends on its speed or load.
+            #[must_use]
+            pub fn varies_foot_friction(&self) -> bool {
+                false $(|| self.$module.is_some_and(|law| law.varies_foot_friction()))*
+            }
+
+            /// A foot's friction across its module as a share of that along it.
+            #[inline]
+            #[must_use]
+            pub fn lateral_share(&self) -> f64 {
+                let mut share = 1.0;
+                $(if let Some(law) = &self.$module {
+                    share *= law.lateral_share();
+                })*
+                share
+            }
+
+            /// Direction of gravity, a unit vector in the ground's frame (x ahead, z up).
+            #[must_use]
+            pub fn down(&self) -> [f64; 3] {
+                let mut down = [0.0, 0.0, -1.0];
+                $(if let Some(law) = &self.$module {
+                    down = law.down(down);
+                })*
+                down
+            }
+
+            /// The effects that are there, in the order of the catalogue.
+            pub fn listed(&self) -> impl Iterator<Item = Id> + use<> {
+                let there = [$(self.$module.is_some(),)*];
+                Id::all().zip(there).filter(|(_, there)| *there).map(|(id, _)| id)
+            }
+
+            /// The largest torque that an effect puts on the shaft by itself, N·m.
+            #[must_use]
+            pub fn largest_torque(&self) -> f64 {
+                let mut largest = 0.0f64;
+                $(if let Some(law) = &self.$module {
+                    largest = largest.max(law.largest_torque());
+                })*
+                largest
+            }
+        }
+    };
+}
+pub(super) use catalogue;
+
+use super::{Effect, FitNumber, Laws, Sizes, Spec};
+
+/// An effect's functions, by value.
+pub(super) struct Entry {
+    pub spec: Spec,
+    pub fit: fn(&Sizes) -> Vec<FitNumber>,
+    pub values_of_fit: fn(&[f64], &mut [f64]),
+    pub fit_of_values: fn(&[f64], &mut [f64]),
+    pub fit_ranges: fn(&[f64], &[f64], &mut [f64]),
+    pub put: fn(&mut Laws, Option<&[f64]>),
+}
+
+impl Entry {
+    pub(super) const fn of<E: Effect>(put: fn(&mut Laws, Option<&[f64]>)) -> Self {
+        Self {
+            spec: E::SPEC,
+            fit: E::fit,
+            values_of_fit: E::values_of_fit,
+            fit_of_values: E::fit_of_values,
+            fit_ranges: E::fit_ranges,
+            put,
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! The catalogue as a document for people: docs/effects.md.
+
+use std::fmt::Write;
+
+use crate::catalogue::Id;
+
+/// Every effect with its law, source, parameters and what it is mistaken for, as Markdown.
+#[must_use]
+pub fn markdown() -> String {
+    let mut text = String::new();
+    for id in Id::all() {
+        write_effect(&mut text, id);
+    }
+    text
+}
+
+// Writing into a String cannot fail.
+fn write_effect(text: &mut String, id: Id) {
+    let spec = id.spec();
+    let mut title = spec.title.chars();
+    let title = title.next().map_or_else(String::new, |first| first.to_uppercase().chain(title).collect());
+    let _ = write!(text, "## {title}: `{}`\n\n", spec.name);
+    let _ = write!(text, "{}: {}. It acts {}.\n\n", title, spec.clause, spec.acts.words());
+    let _ = writeln!(text, "* Law: {}", cell(spec.law));
+    let _ = writeln!(text, "* Source: {}", spec.source);
+    if !spec.acts.on_the_ground() {
+        let _ = writeln!(text, "* Its misfit shows in `{}`.", spec.shows_in.name());
+    }
+    for contained in spec.contains {
+        let _ = writeln!(text, "* It contains `{contained}` and takes its place.");
+    }
+    for outside in spec.resembles {
+        let _ = writeln!(text, "* It explains a part of `{outside}`, which is outside the catalogue.");
+    }
+    text.push_str("\n| key | allowed | meaning |\n|---|---|---|\n");
+    for parameter in spec.parameters {
+        let (low, high) = (parameter.low, parameter.high);
+        let _ = writeln!(text, "| `{}` | {low} … {high} | {} |", parameter.key, cell(parameter.meaning));
+    }
+    if !spec.mistaken_for.is_empty() {
+        text.push_str("\n| mistaken for | when | what tells them apart |\n|---|---|---|\n");
+    }
+    for other in spec.mistaken_for {
+        let _ = writeln!(text, "| `{}` | {} | {} |", other.with, other.when, other.experiment);
+    }
+    text.push('\n');
+}
+
+/// A bar would end the cell of a table.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
+}

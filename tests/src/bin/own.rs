@@ -1,0 +1,55 @@
+//! Recordings of `scram sim`, diagnosed with the file that they were simulated from.
+//!
+//! `cargo own-recordings` runs 60 sets with nothing missing and 30 with one listed effect taken out of the file. Exit code 0:
+//! every bar is reached, 1: one is missed.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use system_tests::own::{Outcome, examine, sets};
+
+/// Diagnose the simulator's own recordings.
+#[derive(Parser)]
+struct Arguments {
+    /// Sets with the simulator's own file
+    #[arg(long, default_value_t = 60)]
+    nothing: usize,
+    /// Sets with one effect taken out of the file
+    #[arg(long, default_value_t = 30)]
+    missing: usize,
+    /// First seed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let examined = |count: usize, missing: bool| -> Vec<Outcome> {
+        sets(count, arguments.seed, missing)
+            .into_iter()
+            .map(|set| {
+                let outcome = examine(set);
+                println!("{}", outcome.line());
+                outcome
+            })
+            .collect()
+    };
+    let mut reached = true;
+    let mut bar = |what: &str, outcomes: &[Outcome], allowed: usize| {
+        let right = outcomes.iter().filter(|outcome| outcome.right()).count();
+        let wrong = outcomes.iter().filter(|outcome| outcome.false_name()).count();
+        let passed = right + allowed >= outcomes.len() && wrong == 0;
+        println!(
+            "{} {what}: {right} of {} right (bar: {}), {wrong} under a false name (bar: 0)",
+            if passed { "ok  " } else { "MISS" },
+            outcomes.len(),
+            outcomes.len() - allowed
+        );
+        reached &= passed;
+    };
+    let nothing = examined(arguments.nothing, false);
+    bar("nothing is missing", &nothing, nothing.len() * 2 / 60);
+    let missing = examined(arguments.missing, true);
+    bar("an effect is missing", &missing, missing.len() * 3 / 30);
+    if reached { ExitCode::SUCCESS } else { ExitCode::from(1) }
+}
