@@ -4,6 +4,7 @@
 //! model; each effect of the catalogue that the file lacks is then fitted jointly with them; all are judged by free
 //! rollouts of a fixed length on runs that no fit has seen.
 
+mod blind_arc;
 mod bootstrap;
 mod current;
 mod extend;

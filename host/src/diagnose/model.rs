@@ -21,6 +21,15 @@ pub struct Hidden {
     pub states: States,
 }
 
+/// Where a rollout ends: what the next one starts with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct End {
+    /// What no sensor sees.
+    pub hidden: Hidden,
+    /// Angle (rad, not wrapped) and speed (rad/s) of the shaft.
+    pub shaft: [f64; 2],
+}
+
 /// The plant with its numbers set, ready for rollouts.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -109,7 +118,7 @@ impl Plant {
         hidden: Hidden,
         wipers: &mut [f64],
         currents: Option<&mut [f64]>,
-    ) -> Hidden {
+    ) -> End {
         let shaft = if track.terminals_measured { &self.terminals } else { &self.shaft };
         let mut motion = Motion {
             state: ShaftState { angle: start[0], speed: start[1], current: hidden.current, bristle: hidden.bristle },
@@ -162,12 +171,13 @@ impl Plant {
                 currents[place - 1] = current / *steps as f64;
             }
         }
-        Hidden {
+        let hidden = Hidden {
             bristle: motion.state.bristle,
             current: motion.state.current,
             wiper_behind: motion.state.angle - motion.wiper,
             states: motion.states,
-        }
+        };
+        End { hidden, shaft: [motion.state.angle, motion.state.speed] }
     }
 
     /// One step of driver, supply, shaft and wiper; returns the mean current, A.

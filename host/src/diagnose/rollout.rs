@@ -52,7 +52,7 @@ pub fn roll(
         };
         rolled.hidden.push(hidden);
         let currents = if with_current { Some(&mut rolled.currents[offset..=offset + length]) } else { None };
-        carried = plant.roll(track, segment, starts[i], hidden, &mut rolled.wipers[offset..offset + length], currents);
+        carried = plant.roll(track, segment, starts[i], hidden, &mut rolled.wipers[offset..offset + length], currents).hidden;
         offset += length;
     }
     rolled.currents.truncate(if with_current { total } else { 0 });

@@ -3,6 +3,7 @@
 use description::robot::Robot;
 use effects::Id;
 
+use super::blind_arc;
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit};
 use super::floor::{self, Scatter};
@@ -100,10 +101,26 @@ impl Session {
             coarse_segments: Vec::new(),
         };
         session.cut(options)?;
+        if let Some(half_width) = blind_arc::half_width(robot) {
+            session.drop_blind(half_width);
+            session.cut(options)?;
+        }
         session.sigma_current = current_noise(&session.fit);
         let nominal = session.settle();
         session.thin();
         Ok((session, nominal))
+    }
+
+    /// Drops what the sensor shows in its blind arc, by the file's own model.
+    fn drop_blind(&mut self, half_width: f64) {
+        let plant = self.model.plant(&[], &[], &[]);
+        for (tracks, guess) in [(&mut self.fit, &self.fit_guess), (&mut self.held_out, &self.guesses[0])] {
+            let mut starts = guess.clone();
+            let _ = rollout::refine_all(&plant, tracks, &mut starts, &[], 2);
+            for (track, starts) in tracks.iter_mut().zip(&starts) {
+                blind_arc::drop_blind(track, &plant, starts, half_width);
+            }
+        }
     }
 
     fn cut(&mut self, options: &Options) -> Result<(), DiagnoseError> {

@@ -7,6 +7,7 @@ use description::robot::{Potentiometer, Robot, Sensor};
 use hal_sim::driver::Driver;
 
 use super::DiagnoseError;
+use super::blind_arc::drop_jumps;
 use crate::recording::{AngleReading, Drive, Recording};
 
 /// A rollout needs at least this many readings.
@@ -91,8 +92,11 @@ impl Track {
             Drive::Duty(duty) => (duty, false),
             Drive::Voltage(voltage) => (voltage, true),
         };
-        let angle =
+        let mut angle =
             readings(robot, &recording.angle).map_err(|problem| bad(problem, "use the robot file of this rig"))?;
+        if matches!(recording.angle, AngleReading::Adc(_)) && angle.len() == n {
+            drop_jumps(&mut angle, &recording.t_s, no_load_speed(robot));
+        }
         let with_supply = !terminals_measured && recording.supply_v.len() == n;
         let lengths = [command.len(), angle.len(), recording.enable.len()];
         if lengths.iter().any(|&length| length != n) {
@@ -199,7 +203,7 @@ impl Track {
         if readings < 2 * FEWEST_READINGS {
             return bad(format!("only {readings} angle readings"), "angle_rad (or adc) must not be empty");
         }
-        let no_load = robot.supply.rail_v.value / robot.motor.torque_constant_nm_per_a.value;
+        let no_load = no_load_speed(robot);
         let speeds: Vec<f64> = (0..self.t.len().saturating_sub(20))
             .step_by(10)
             .map(|i| (self.angle[i + 20] - self.angle[i]).abs() / (self.t[i + 20] - self.t[i]))
@@ -216,6 +220,11 @@ impl Track {
         }
         Ok(())
     }
+}
+
+/// The motor's speed without load, rad/s.
+fn no_load_speed(robot: &Robot) -> f64 {
+    robot.supply.rail_v.value / robot.motor.torque_constant_nm_per_a.value
 }
 
 /// Angles, rad, from the reading column.
