@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scram::recording::{ReadOptions, entries, events, load_with};
+use recording::{ReadOptions, entries, events, load_with};
 
 use crate::bytes::Bytes;
 use crate::mcap;

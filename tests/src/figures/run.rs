@@ -7,7 +7,7 @@ use description::design::design;
 use description::robot::Robot;
 use hal_sim::{Settings, SimulatedRobot};
 use rayon::prelude::*;
-use scram::sim::{Drive, Metrics, Order, Plan, Trace, closed_loop, metrics};
+use simulation::{Drive, Metrics, Order, Plan, Trace, closed_loop, metrics};
 
 /// What the campaigns run on.
 #[derive(Clone, Debug)]

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use link::RobotId;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use scram::link::RobotId;
 use serde_json::json;
 use workbench::journal::{Detail, actuations};
 

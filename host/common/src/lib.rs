@@ -1,0 +1,2 @@
+//! What the host's crates share.
+pub mod conventions;
