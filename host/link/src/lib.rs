@@ -27,10 +27,11 @@ pub use keys::{Keys, KeysError, KnownRobot, random};
 pub use pair::{Cabled, dongle_address};
 pub use quality::Quality;
 pub use recorder::Recorder;
+pub use recording::fault;
 pub use robot::{Event, Outcome, Robot};
 pub use session::{BROADCAST, Counts, Heard, RobotId, Session};
 pub use spin::{Spin, spin};
-pub use words::{address, fault, outcome, parse_address, refusal, reset, robot, source, state};
+pub use words::{address, outcome, parse_address, refusal, reset, robot, source, state};
 
 use serial::SerialError;
 

@@ -11,7 +11,7 @@ use super::{Loaded, Metadata, Place, ReadOptions, RecordingError, progress};
 /// Reads a file and `RUN.toml` beside it.
 pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, RecordingError> {
     let metadata = Metadata::beside(path)?;
-    let (bar, file) = progress::open(path, options.progress).map_err(|e| RecordingError::io(path, e))?;
+    let file = progress::open(path, options.progress).map_err(|e| RecordingError::io(path, e))?;
     // Flexible: a row that is too short is our error to explain.
     let mut reader = ReaderBuilder::new().flexible(true).buffer_capacity(1 << 16).from_reader(file);
     let layout = layout(path, reader.byte_headers().map_err(|e| csv_error(path, e))?)?;
@@ -33,7 +33,6 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
         }
         builder.push(Row::Line(line), &values)?;
     }
-    bar.finish_and_clear();
     let (recording, kept) = builder.finish()?;
 
     let mut notes = Vec::new();

@@ -11,7 +11,7 @@ use serde::de::{DeserializeOwned, Deserializer};
 use super::error::Row;
 use super::mcap_stream::{Choice, Contents, Kind, records};
 use super::telemetry::At;
-use super::{LinkQuality, Place, RecordedEvent, RecordingError, SessionEvent, Stated};
+use super::{LinkQuality, Place, Progress, RecordedEvent, RecordingError, SessionEvent, Stated};
 
 /// One of the things that a recording holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,8 +94,21 @@ fn number_or_flag<'de, D: Deserializer<'de>>(cell: D) -> Result<Option<f64>, D::
 /// # Errors
 /// The file cannot be read, or has several robots and none was named.
 pub fn entries(path: &Path, robot: Option<&str>, each: &mut dyn FnMut(Entry)) -> Result<(), RecordingError> {
+    entries_with(path, robot, None, each)
+}
+
+/// [`entries`], with somebody who watches the reading of an MCAP file.
+///
+/// # Errors
+/// As [`entries`].
+pub fn entries_with(
+    path: &Path,
+    robot: Option<&str>,
+    progress: Option<Progress>,
+    each: &mut dyn FnMut(Entry),
+) -> Result<(), RecordingError> {
     let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
-    if is_csv { csv_entries(path, each) } else { mcap_entries(path, robot, each) }
+    if is_csv { csv_entries(path, each) } else { mcap_entries(path, robot, progress, each) }
 }
 
 /// What happened in a recording, of all its robots.
@@ -110,7 +123,7 @@ pub fn events(path: &Path) -> Result<Vec<RecordedEvent>, RecordingError> {
         return Ok(found);
     }
     let mut contents = Contents::default();
-    records(path, false, &mut |record| {
+    records(path, None, &mut |record| {
         contents.learn(path, &record)?;
         if let Some((topic, data)) = contents.message(path, &record)?
             && topic.kind == Kind::Event
@@ -141,11 +154,16 @@ fn event(robot: &str, data: &[u8]) -> RecordedEvent {
     RecordedEvent { t_s, robot, event: SessionEvent::Note { text: String::from_utf8_lossy(data).into_owned() } }
 }
 
-fn mcap_entries(path: &Path, robot: Option<&str>, each: &mut dyn FnMut(Entry)) -> Result<(), RecordingError> {
+fn mcap_entries(
+    path: &Path,
+    robot: Option<&str>,
+    progress: Option<Progress>,
+    each: &mut dyn FnMut(Entry),
+) -> Result<(), RecordingError> {
     let mut contents = Contents::default();
     let mut rows = Rows { choice: Choice::new(robot), pending: None, stated: None, supply_v: None, battery_v: None };
     let mut count = 0;
-    records(path, true, &mut |record: Record<'_>| {
+    records(path, progress, &mut |record: Record<'_>| {
         contents.learn(path, &record)?;
         let Some((topic, data)) = contents.message(path, &record)? else { return Ok(()) };
         count += 1;

@@ -21,19 +21,22 @@ mod schema;
 mod sink;
 mod stream;
 mod telemetry;
+mod words;
 
 use std::path::{Path, PathBuf};
 
 pub use builder::Kept;
 pub use csv_write::{write_csv, write_csv_run, write_csv_with};
-pub use entries::{Entry, FullRow, entries, events};
+pub use entries::{Entry, FullRow, entries, entries_with, events};
 pub use error::{Left, Place, RecordingError, Row, is_disk_full};
 pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_with};
 pub use metadata::Metadata;
+pub use progress::Progress;
 pub use rig::check_rig;
 pub use run_log::{LoggedOrder, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
 pub use telemetry::{LinkQuality, Outcome, RecordedEvent, SessionEvent, Stated, TelemetryRow};
+pub use words::fault;
 
 /// One run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -126,19 +129,19 @@ pub struct ExtraColumn {
 }
 
 /// How to read.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct ReadOptions {
     /// Samples held at most; a longer recording is thinned by dropping whole blocks (see [`Kept`]).
     pub limit: usize,
-    /// Draw a progress bar on stderr when it is a terminal and the file is large.
-    pub progress: bool,
+    /// Who watches the reading.
+    pub progress: Option<Progress>,
     /// Which robot, by its name in the file; needed where a session has several.
     pub robot: Option<String>,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { limit: DEFAULT_LIMIT, progress: true, robot: None }
+        Self { limit: DEFAULT_LIMIT, progress: None, robot: None }
     }
 }
 

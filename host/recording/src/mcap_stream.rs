@@ -10,7 +10,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::mcap_write::METADATA_NAME;
 use super::stream::{RADIO_VALUES, ROBOT_KEY, VALUES_KEY};
-use super::{Metadata, RecordingError, mcap_chunks, progress};
+use super::{Metadata, Progress, RecordingError, mcap_chunks, progress};
 
 /// No record of a recording comes near this; a damaged length must not take all memory.
 const LONGEST_RECORD: usize = 1 << 26;
@@ -38,11 +38,11 @@ impl Ending {
 /// The file cannot be read or is damaged, or `each` fails. A file that is cut off is no error.
 pub(super) fn records(
     path: &Path,
-    progress: bool,
+    progress: Option<Progress>,
     each: &mut dyn FnMut(Record<'_>) -> Result<(), RecordingError>,
 ) -> Result<Ending, RecordingError> {
     mcap_chunks::check(path)?;
-    let (bar, file) = progress::open(path, progress).map_err(|e| RecordingError::io(path, e))?;
+    let file = progress::open(path, progress).map_err(|e| RecordingError::io(path, e))?;
     let mut file = BufReader::with_capacity(1 << 16, file);
     let reading = LinearReaderOptions::default()
         .with_validate_chunk_crcs(true)
@@ -78,7 +78,6 @@ pub(super) fn records(
             Err(error) => return Err(damaged(path, &error, messages)),
         }
     }
-    bar.finish_and_clear();
     Ok(ending)
 }
 

@@ -2,4 +2,5 @@
 pub mod bring_up;
 pub mod console;
 pub mod hil;
+pub mod progress;
 pub mod replay;

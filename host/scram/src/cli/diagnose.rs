@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use plot::report::{About, html};
 use recording::{Loaded, ReadOptions, Recording};
+use scram::progress::bar;
 
 use super::{Common, Done, Failure, print, print_json, say, table};
 
@@ -77,7 +78,7 @@ impl Diagnose {
     /// The recordings to fit on and those to judge by.
     fn load(&self, robot: &Robot) -> Result<(Vec<Recording>, Vec<Recording>), Failure> {
         // Further samples of a run cost time and tell little: a minute at 1 kHz is plenty.
-        let options = ReadOptions { limit: MOST_SAMPLES, ..ReadOptions::default() };
+        let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), ..ReadOptions::default() };
         let mut held_out = Vec::new();
         for path in &self.holdout {
             held_out.push(self.common.recording(path, robot, &options)?);

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use control::Parameters;
-use control::protocol::lockstep::Target;
 use hal_sim::{Settings, SimulatedRobot};
 use miette::Report;
 use scram::hil::{Client, HilError, Port, Qemu, Remote, Transport, build_program};
-use serde::Serialize;
 use simulation::{OnGround, SimError, closed_loop_in};
 
 use super::Done;
+use super::on_chip::OnChip;
 use super::sim::{Ran, Run, Task};
 
 /// Run a chip's decisions on the simulated robot
@@ -43,22 +42,6 @@ struct Which {
     /// RISC-V machine code in QEMU instead of a board
     #[arg(long)]
     qemu: bool,
-}
-
-/// What is said about the chip.
-#[derive(Serialize)]
-pub struct OnChip {
-    target: &'static str,
-    cost_unit: &'static str,
-    cost_median: u32,
-    cost_worst: u32,
-    stack_bytes: u32,
-    controller_bytes: u32,
-    requests_resent: u32,
-    resynchronised: u32,
-    bad_frames_here: u32,
-    bad_frames_there: u32,
-    bytes_lost: u64,
 }
 
 impl Hil {
@@ -97,51 +80,6 @@ impl Hil {
                 Ran { trace: closed_loop_in(&mut bench, &mut chip, &task.plan)?, walk: None }
             }
         };
-        let (cost_median, cost_worst) = chip.ticks().median_and_worst().unwrap_or_default();
-        let (target, cost_unit) = named(chip.hello().target);
-        let counts = chip.counts();
-        let told = OnChip {
-            target,
-            cost_unit,
-            cost_median,
-            cost_worst,
-            stack_bytes: chip.ticks().stack,
-            controller_bytes: chip.hello().controller_bytes,
-            requests_resent: counts.resent,
-            resynchronised: counts.resynchronised,
-            bad_frames_here: counts.bad_here,
-            bad_frames_there: counts.bad_there,
-            bytes_lost: counts.lost_bytes,
-        };
-        Ok((ran, told))
-    }
-}
-
-/// The target and the unit of its costs.
-fn named(target: Target) -> (&'static str, &'static str) {
-    match target {
-        Target::Rv32 => ("RV32IMC in QEMU", "instructions"),
-        Target::Esp32c3 => ("ESP32-C3", "cycles"),
-        Target::Esp32 => ("ESP32", "cycles"),
-        Target::Host => ("this computer", "(not measured)"),
-    }
-}
-
-impl OnChip {
-    /// For the table.
-    pub fn facts(&self) -> Vec<(&str, String)> {
-        let stack = match self.stack_bytes {
-            0 => "not measured".to_owned(),
-            bytes => format!("{bytes} bytes"),
-        };
-        vec![
-            ("decided by", self.target.to_owned()),
-            ("a tick, median / worst", format!("{} / {} {}", self.cost_median, self.cost_worst, self.cost_unit)),
-            ("its stack at most", stack),
-            ("the controller in RAM", format!("{} bytes", self.controller_bytes)),
-            ("requests sent again", self.requests_resent.to_string()),
-            ("bad frames here / there", format!("{} / {}", self.bad_frames_here, self.bad_frames_there)),
-            ("resynchronised", format!("{} times, {} bytes lost", self.resynchronised, self.bytes_lost)),
-        ]
+        Ok((ran, OnChip::of(&chip)))
     }
 }

@@ -8,6 +8,7 @@ use diagnose::identify::{PotentiometerFit, SecondFit, potentiometer, second_pote
 use miette::Report;
 use plot::residual_svg;
 use recording::ReadOptions;
+use scram::progress::bar;
 use serde::Serialize;
 
 use super::{Common, Done, print, print_json, table};
@@ -66,7 +67,8 @@ impl Potentiometer {
     fn run(&self) -> Done {
         let common = &self.common;
         let robot = common.robot()?;
-        let loaded = common.recording(&self.run, &robot, &ReadOptions::default())?;
+        let loaded =
+            common.recording(&self.run, &robot, &ReadOptions { progress: Some(bar), ..ReadOptions::default() })?;
         match self.sensor {
             Which::First => {
                 let fit = potentiometer(&robot, &loaded.recording).map_err(Report::from)?;

@@ -9,6 +9,7 @@ mod diagnose;
 mod export;
 mod hil;
 mod identify;
+mod on_chip;
 mod pair;
 mod replay;
 mod sim;

@@ -13,7 +13,7 @@ use simulation::{
     WalkMetrics,
 };
 
-use super::hil::OnChip;
+use super::on_chip::OnChip;
 use super::walk::{self, Ground};
 use super::{Common, Done, Failure, print, print_json, say, table};
 

@@ -3,7 +3,6 @@
 //! Everything happens in [`Engine::poll`], which whoever shows the [`Model`] calls again and again. The heartbeats that keep
 //! a robot going are sent there and nowhere else: a console that hangs, is stopped or killed sends none.
 
-use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
@@ -11,10 +10,12 @@ use control::{Fault, Sensor};
 
 use super::command::{self, Command};
 use super::complete::{Completion, complete};
+use super::context::Context;
 use super::diary::Diary;
 use super::model::{Level, Model, RobotModel};
-use super::orders::{Pending, Reply, Undo};
+use super::orders::{Orders, Reply};
 use super::program::{Later, Program};
+use super::reports;
 use link::{Event, Heard, Line, LinkError, RobotId, Session};
 use recording::{RecordingError, SessionEvent};
 
@@ -25,13 +26,11 @@ const REFRESH: Duration = Duration::from_millis(200);
 
 /// The console.
 pub struct Engine<L: Line> {
-    pub(super) session: Session<L>,
-    pub(super) model: Model,
+    session: Session<L>,
+    model: Model,
     diary: Option<Diary>,
-    pub(super) pending: Vec<Pending>,
-    pub(super) undos: Vec<Undo>,
+    orders: Orders,
     program: Option<Program>,
-    pub(super) replies: VecDeque<Reply>,
     quit: bool,
     /// When link and file sizes are looked at again.
     refresh_due: Duration,
@@ -57,10 +56,8 @@ impl<L: Line> Engine<L> {
             session,
             model,
             diary: None,
-            pending: Vec::new(),
-            undos: Vec::new(),
+            orders: Orders::default(),
             program: None,
-            replies: VecDeque::new(),
             quit: false,
             refresh_due: Duration::ZERO,
         }
@@ -95,7 +92,7 @@ impl<L: Line> Engine<L> {
 
     /// Everything that was sent has come to its end.
     fn is_settled(&self) -> bool {
-        self.pending.is_empty() && !self.session.robots().any(|(_, robot)| robot.is_stopping())
+        self.orders.is_empty() && !self.session.robots().any(|(_, robot)| robot.is_stopping())
     }
 
     /// Reads for some milliseconds, sends what is due, goes on with a script; whether something happened.
@@ -138,6 +135,21 @@ impl<L: Line> Engine<L> {
                 Ok(())
             }
         }
+    }
+
+    /// What became of something, in the order in which it ended.
+    pub fn next_reply(&mut self) -> Option<Reply> {
+        self.orders.next_reply()
+    }
+
+    /// Takes the last `set` of the selected robot back.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn undo(&mut self) -> Result<(), String> {
+        let selected = self.model.selected;
+        let (orders, mut context) = self.orders();
+        orders.take_back(&mut context, selected)
     }
 
     /// Runs a file of commands, for the selected robot: another one that is looked at meanwhile is not meant.
@@ -218,11 +230,11 @@ impl<L: Line> Engine<L> {
                 self.end_program("stopped");
             }
             Command::StopAll => self.stop_all(),
-            Command::Parameters(part) => self.say_parameters(part),
-            Command::Status => self.say_status(robot),
-            Command::List => self.say_robots(),
+            Command::Parameters(part) => reports::parameters(&mut self.model, part),
+            Command::Status => reports::status(&mut self.model, &self.session, robot),
+            Command::List => reports::robots(&mut self.model),
             Command::Robot(which) => {
-                let index = self.find(which)?;
+                let index = reports::find(&self.model, which)?;
                 self.select(index);
             }
             Command::Script(path) => self.run_script(path)?,
@@ -230,14 +242,17 @@ impl<L: Line> Engine<L> {
                 self.record_event(None, &SessionEvent::Note { text: text.clone() });
                 self.model.log(None, Level::Note, text.clone());
             }
-            Command::Help => self.say_help(),
+            Command::Help => reports::help(&mut self.model),
             Command::Quit => {
                 self.quit = true;
                 self.end_program("quit");
             }
             // Only in programs.
             Command::Wait(_) => {}
-            order => self.give(order, text, robot)?,
+            order => {
+                let (orders, mut context) = self.orders();
+                orders.give(&mut context, order, text, robot)?;
+            }
         }
         Ok(())
     }
@@ -274,7 +289,12 @@ impl<L: Line> Engine<L> {
                 robot.series.take(&batch, at.as_secs_f64());
             }
             Event::Status(status) => self.model.robots[index].counters = Some(status.counters),
-            Event::Answered { number, what, outcome } => self.answered(robot, number, what, outcome),
+            Event::Answered { number, what, outcome } => {
+                let (orders, mut context) = self.orders();
+                if orders.answered(&mut context, robot, number, what, outcome) {
+                    self.end_program("a command of it was not done");
+                }
+            }
             Event::Stopped => self.model.log(Some(index), Level::Good, "has stopped"),
             Event::OtherVersion(version) => {
                 self.model.robots[index].other_version = Some(version);
@@ -360,11 +380,14 @@ impl<L: Line> Engine<L> {
         }
     }
 
-    pub(super) fn record_event(&mut self, robot: Option<usize>, event: &SessionEvent) {
-        let now = self.session.now();
-        if let Some(diary) = &mut self.diary {
-            diary.event(robot, event, now);
-        }
+    /// The orders, and what they act on.
+    fn orders(&mut self) -> (&mut Orders, Context<'_, L>) {
+        let Self { session, model, diary, orders, .. } = self;
+        (orders, Context { session, model, diary: diary.as_mut() })
+    }
+
+    fn record_event(&mut self, robot: Option<usize>, event: &SessionEvent) {
+        self.orders().1.record_event(robot, event);
     }
 
     /// Goes on with a program as far as it can.
@@ -383,7 +406,7 @@ impl<L: Line> Engine<L> {
             let (robot, text) = (program.robot, program.text());
             if let Err(problem) = self.step(&command, &text, robot) {
                 self.model.log(Some(robot), Level::Bad, format!("{text}: {problem}"));
-                self.reply(Reply { robot, text, outcome: Err(problem), parameter: None });
+                self.orders.reply(Reply { robot, text, outcome: Err(problem), parameter: None });
                 self.end_program("a command of it cannot be done");
             }
         }
@@ -396,7 +419,7 @@ impl<L: Line> Engine<L> {
             Command::Stop => self.stop_robots(Some(robot)),
             Command::StopAll => self.stop_robots(None),
             Command::Robot(which) => {
-                let index = self.find(which)?;
+                let index = reports::find(&self.model, which)?;
                 if let Some(program) = &mut self.program {
                     program.robot = index;
                     if program.is_typed() {
@@ -409,7 +432,7 @@ impl<L: Line> Engine<L> {
         Ok(())
     }
 
-    pub(super) fn end_program(&mut self, why: &str) {
+    fn end_program(&mut self, why: &str) {
         if let Some(program) = self.program.take()
             && let Some((path, line)) = program.place()
         {

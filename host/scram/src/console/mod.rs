@@ -5,6 +5,7 @@
 
 mod command;
 mod complete;
+mod context;
 mod diary;
 pub mod engine;
 pub mod model;

@@ -1,13 +1,15 @@
 //! Orders that a robot answers, what became of them, and taking a `set` back.
 
+use std::collections::VecDeque;
+
 use control::Command as Control;
 use control::parameters::table;
 use control::protocol::radio::{Value, What};
 
 use super::command::Command;
+use super::context::Context;
 use super::diary;
-use super::engine::Engine;
-use super::model::Level;
+use super::model::{Level, Model};
 use link::{Line, Outcome, RobotId};
 use recording::SessionEvent;
 
@@ -30,14 +32,14 @@ pub struct Reply {
 }
 
 /// What a `set` replaced.
-pub(super) struct Undo {
+struct Undo {
     robot: RobotId,
     index: u16,
     before: f32,
 }
 
 /// An order on its way.
-pub(super) struct Pending {
+struct Pending {
     robot: RobotId,
     number: u16,
     text: String,
@@ -56,100 +58,103 @@ enum Why {
     Undo(u16, f32),
 }
 
-impl<L: Line> Engine<L> {
+/// The orders on their way, what a `set` replaced, and the replies that nobody has read yet.
+#[derive(Default)]
+pub(super) struct Orders {
+    pending: Vec<Pending>,
+    undos: Vec<Undo>,
+    replies: VecDeque<Reply>,
+}
+
+impl Orders {
     /// What became of something, in the order in which it ended.
     pub fn next_reply(&mut self) -> Option<Reply> {
         self.replies.pop_front()
     }
 
-    /// Takes the last `set` of the selected robot back.
-    ///
-    /// # Errors
-    /// There is none.
-    pub fn undo(&mut self) -> Result<(), String> {
-        self.take_back(self.model.selected)
+    /// Every order has come to its end.
+    pub fn is_empty(&self) -> bool {
+        self.pending.is_empty()
     }
 
     /// Gives an order to a robot.
-    pub(super) fn give(&mut self, command: &Command, text: &str, robot: usize) -> Result<(), String> {
+    pub fn give<L: Line>(
+        &mut self,
+        context: &mut Context<'_, L>,
+        command: &Command,
+        text: &str,
+        robot: usize,
+    ) -> Result<(), String> {
         let text = text.to_owned();
         match command {
             Command::Drive(order) => {
-                self.order(robot, What::Command(order.command()), order.to_string(), Why::Asked);
+                self.order(context, robot, What::Command(order.command()), order.to_string(), Why::Asked);
             }
-            Command::Get(index) => self.order(robot, What::Get(*index), text, Why::Asked),
+            Command::Get(index) => self.order(context, robot, What::Get(*index), text, Why::Asked),
             Command::Set(index, value) => {
-                self.order(robot, What::Get(*index), String::new(), Why::Before(*index));
+                self.order(context, robot, What::Get(*index), String::new(), Why::Before(*index));
                 let set = What::Set { index: *index, value: *value };
-                self.order(robot, set, text, Why::Set(*index, None));
+                self.order(context, robot, set, text, Why::Set(*index, None));
             }
-            Command::Save => self.order(robot, What::Save, text, Why::Asked),
-            Command::Factory => self.order(robot, What::Factory, text, Why::Asked),
-            Command::Undo => self.take_back(robot)?,
+            Command::Save => self.order(context, robot, What::Save, text, Why::Asked),
+            Command::Factory => self.order(context, robot, What::Factory, text, Why::Asked),
+            Command::Undo => self.take_back(context, robot)?,
             // Everything else is the console's own.
             _ => {}
         }
         Ok(())
     }
 
-    fn take_back(&mut self, robot: usize) -> Result<(), String> {
+    /// Takes the last `set` of a robot back.
+    pub fn take_back<L: Line>(&mut self, context: &mut Context<'_, L>, robot: usize) -> Result<(), String> {
         let last = self.undos.iter().rposition(|undo| undo.robot == RobotId(robot));
         let Undo { index, before, .. } =
             last.map(|at| self.undos.remove(at)).ok_or("there is no `set` to take back")?;
         let text = format!("set {} {before}", table::TABLE[usize::from(index)].name);
-        self.order(robot, What::Set { index, value: before }, text, Why::Undo(index, before));
+        self.order(context, robot, What::Set { index, value: before }, text, Why::Undo(index, before));
         Ok(())
     }
 
-    fn order(&mut self, robot: usize, what: What, text: String, why: Why) {
-        if robot >= self.model.robots.len() {
+    fn order<L: Line>(&mut self, context: &mut Context<'_, L>, robot: usize, what: What, text: String, why: Why) {
+        if robot >= context.model.robots.len() {
             return;
         }
         let command = if let What::Command(command) = what { Some(command) } else { None };
         if !matches!(why, Why::Before(_)) {
-            self.record_event(Some(robot), &SessionEvent::Order { text: text.clone(), command, repeat: false });
+            context.record_event(Some(robot), &SessionEvent::Order { text: text.clone(), command, repeat: false });
         }
         let robot = RobotId(robot);
-        let number = self.session.order(robot, what);
+        let number = context.session.order(robot, what);
         self.pending.push(Pending { robot, number, text, why });
     }
 
-    pub(super) fn answered(&mut self, robot: RobotId, number: u16, what: What, outcome: Outcome) {
+    /// Takes what became of an order; whether it was one of these that was not done.
+    pub fn answered<L: Line>(
+        &mut self,
+        context: &mut Context<'_, L>,
+        robot: RobotId,
+        number: u16,
+        what: What,
+        outcome: Outcome,
+    ) -> bool {
         let Some(at) = self.pending.iter().position(|order| order.robot == robot && order.number == number) else {
-            return;
+            return false;
         };
         let Pending { text, why, .. } = self.pending.remove(at);
         let value = if let Outcome::Done(value) = outcome { value } else { None };
         self.keep_undo(robot, why, value);
         if matches!(why, Why::Before(_)) {
-            return;
+            return false;
         }
-        self.record_event(Some(robot.0), &diary::answer(outcome));
-        self.tell(robot.0, &text, what, outcome, value);
-        self.follow(robot.0, what, outcome, &text);
-        if !matches!(outcome, Outcome::Done(_)) {
-            self.end_program("a command of it was not done");
-        }
+        context.record_event(Some(robot.0), &diary::answer(outcome));
+        tell(context.model, robot.0, &text, what, outcome, value);
+        follow(context.model, robot.0, what, outcome, &text);
         let parameter = match what {
             What::Get(index) | What::Set { index, .. } => Some(index),
             _ => None,
         };
         self.reply(Reply { robot: robot.0, text, outcome: Ok(outcome), parameter });
-    }
-
-    /// What the robot does now: an order that it did not do leaves it at what it did before.
-    fn follow(&mut self, robot: usize, what: What, outcome: Outcome, text: &str) {
-        let Some(shown) = self.model.robots.get_mut(robot) else { return };
-        match (what, outcome) {
-            // In any state but `FAULT`, where there is no target, it changes nothing.
-            (What::Command(Control::ClearFault), _) => {}
-            (What::Command(command), Outcome::Done(_)) => {
-                shown.target = command.event().drives().then(|| text.to_owned());
-            }
-            // The session stops it, or did before.
-            (_, Outcome::Unanswered | Outcome::Overtaken | Outcome::Absent) => shown.target = None,
-            (_, Outcome::Done(_) | Outcome::Refused(_) | Outcome::TooLate) => {}
-        }
+        !matches!(outcome, Outcome::Done(_))
     }
 
     fn keep_undo(&mut self, robot: RobotId, why: Why, value: Option<Value>) {
@@ -172,22 +177,38 @@ impl<L: Line> Engine<L> {
         self.undos.push(back);
     }
 
-    pub(super) fn reply(&mut self, reply: Reply) {
+    /// Keeps a reply for whoever reads them.
+    pub fn reply(&mut self, reply: Reply) {
         if self.replies.len() == REPLIES {
             self.replies.pop_front();
         }
         self.replies.push_back(reply);
     }
+}
 
-    fn tell(&mut self, robot: usize, text: &str, what: What, outcome: Outcome, value: Option<Value>) {
-        let level = if matches!(outcome, Outcome::Done(_)) { Level::Good } else { Level::Bad };
-        let line = match (what, value) {
-            (What::Get(index) | What::Set { index, .. }, Some(value)) => parameter_line(index, value),
-            (What::Command(Control::ClearFault), _) if level == Level::Good => "fault cleared".into(),
-            _ => format!("{text}: {}", link::outcome(outcome)),
-        };
-        self.model.log(Some(robot), level, line);
+/// What the robot does now: an order that it did not do leaves it at what it did before.
+fn follow(model: &mut Model, robot: usize, what: What, outcome: Outcome, text: &str) {
+    let Some(shown) = model.robots.get_mut(robot) else { return };
+    match (what, outcome) {
+        // In any state but `FAULT`, where there is no target, it changes nothing.
+        (What::Command(Control::ClearFault), _) => {}
+        (What::Command(command), Outcome::Done(_)) => {
+            shown.target = command.event().drives().then(|| text.to_owned());
+        }
+        // The session stops it, or did before.
+        (_, Outcome::Unanswered | Outcome::Overtaken | Outcome::Absent) => shown.target = None,
+        (_, Outcome::Done(_) | Outcome::Refused(_) | Outcome::TooLate) => {}
     }
+}
+
+fn tell(model: &mut Model, robot: usize, text: &str, what: What, outcome: Outcome, value: Option<Value>) {
+    let level = if matches!(outcome, Outcome::Done(_)) { Level::Good } else { Level::Bad };
+    let line = match (what, value) {
+        (What::Get(index) | What::Set { index, .. }, Some(value)) => parameter_line(index, value),
+        (What::Command(Control::ClearFault), _) if level == Level::Good => "fault cleared".into(),
+        _ => format!("{text}: {}", link::outcome(outcome)),
+    };
+    model.log(Some(robot), level, line);
 }
 
 /// A parameter's value, in words.

@@ -15,7 +15,8 @@ use control::State;
 use description::Robot;
 use serde::Serialize;
 
-use recording::{Entry, FullRow, Loaded, ReadOptions, RecordingError, SessionEvent, check_rig};
+use crate::progress;
+use recording::{Entry, FullRow, Loaded, Progress, ReadOptions, RecordingError, SessionEvent, check_rig};
 
 pub use compare::{First, Quantity, Shown, Worst};
 pub use picture::{COMPARISON, OVERVIEW};
@@ -81,10 +82,11 @@ impl Replay {
 /// The file cannot be read, or has several robots and none was named. What stands in the way of a comparison is told in
 /// [`Findings::not_compared`].
 pub fn replay(path: &Path, robot_name: Option<&str>, robot: &Robot) -> Result<Replay, RecordingError> {
-    let options = ReadOptions { robot: robot_name.map(str::to_owned), ..ReadOptions::default() };
+    let progress = Some(progress::bar as Progress);
+    let options = ReadOptions { robot: robot_name.map(str::to_owned), progress, ..ReadOptions::default() };
     let loaded = recording::load_with(path, &options)?;
     let mut pass = Pass::new(&loaded, robot);
-    recording::entries(path, robot_name, &mut |entry| pass.take(&entry))?;
+    recording::entries_with(path, robot_name, progress, &mut |entry| pass.take(&entry))?;
     // What was dropped to bound memory was dropped from the check only.
     let notes = loaded.notes.into_iter().filter(|note| !note.contains("rows were kept")).collect();
     Ok(pass.finish(notes))

@@ -55,7 +55,7 @@ impl Group {
     pub(super) fn fault(&self, i: usize) -> Option<String> {
         let Self::Motor(group) = self else { return None };
         let telemetry = group.controllers[i].telemetry();
-        telemetry.fault.map(|fault| format!("the robot stopped: {}", link::fault(fault).0))
+        telemetry.fault.map(|fault| format!("the robot stopped: {}", recording::fault(fault).0))
     }
 }
 
