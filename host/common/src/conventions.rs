@@ -1,9 +1,9 @@
-//! The edge where people read and type: degrees, hertz, and the thesis's sign of the actuation frequency.
+//! Units and signs where people read and type: degrees, hertz, and the thesis's sign of the actuation frequency.
 //!
 //! Inside, a shaft turns counter-clockwise with positive speed. The thesis counts the actuation frequency positive when
 //! the shaft turns clockwise seen from above. The two meet here and nowhere else.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Shaft speed (rad/s, counter-clockwise positive) of an actuation frequency (Hz, clockwise positive).
 #[must_use]
@@ -30,13 +30,6 @@ pub fn radians(deg: f64) -> f64 {
     deg.to_radians()
 }
 
-/// The same angle in −π … π, rad.
-#[must_use]
-pub fn wrap(rad: f64) -> f64 {
-    let turned = rad.rem_euclid(TAU);
-    if turned > PI { turned - TAU } else { turned }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,15 +39,5 @@ mod tests {
         assert_eq!(omega_from_frequency(7.0), -TAU * 7.0);
         assert!((frequency_from_omega(-TAU * 7.0) - 7.0).abs() < 1e-12);
         assert!(frequency_from_omega(0.0).is_sign_positive());
-    }
-
-    #[test]
-    fn wrapping_keeps_the_angle() {
-        for turns in -3..=3 {
-            for deg in [-179.0, -1.0, 0.0, 1.0, 180.0] {
-                let wrapped = wrap(radians(deg) + f64::from(turns) * TAU);
-                assert!((degrees(wrapped) - deg).abs() < 1e-9, "{deg}° + {turns} turns became {}", degrees(wrapped));
-            }
-        }
     }
 }

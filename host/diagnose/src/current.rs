@@ -1,6 +1,7 @@
 //! The measured current, where a rig has it: what of it can be compared with the model.
 
-use super::floor;
+use common::median;
+
 use super::rollout::Rolled;
 use super::track::Track;
 
@@ -47,8 +48,8 @@ pub fn current_noise(tracks: &[Track]) -> Option<f64> {
             .flat_map(|track| track.current.iter().map(|current| current.abs()))
             .filter(|size| size.is_finite())
             .collect();
-        floor::median(&mut sizes)
+        median(&mut sizes).unwrap_or(0.0)
     };
     // A current sensor has errors that no difference shows: never trusted better than to 3 % of the usual current.
-    Some((1.4826 * floor::median(&mut differences) / 6f64.sqrt()).max(0.03 * typical).max(1e-6))
+    Some((1.4826 * median(&mut differences).unwrap_or(0.0) / 6f64.sqrt()).max(0.03 * typical).max(1e-6))
 }

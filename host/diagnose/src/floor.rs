@@ -5,6 +5,8 @@
 //! jitter. The rollout only takes the known steps of the drive out of the motion; no number of it needs to be right.
 //! Readings far off the cubic are spikes and take no further part, before as after.
 
+use common::median;
+
 use super::rollout::{Rolled, residual};
 use super::track::Track;
 
@@ -64,7 +66,7 @@ pub fn scatter(track: &Track, rolled: &Rolled) -> Scatter {
     }
     windows.retain(|window| window.len() >= FEWEST);
     let mut usual: Vec<f64> = windows.iter().map(|window| middle_size(&cubic_leaves(window))).collect();
-    let usual = median(&mut usual);
+    let usual = median(&mut usual).unwrap_or(0.0);
     let mut scatter = Scatter::default();
     for window in &windows {
         clean(window, usual, &mut scatter);
@@ -101,16 +103,7 @@ fn clean(window: &[(usize, f64, f64)], usual: f64, scatter: &mut Scatter) {
 fn middle_size(left: &[f64]) -> f64 {
     let n = left.len() as f64;
     let mut sizes: Vec<f64> = left.iter().map(|value| value.abs()).collect();
-    1.4826 * median(&mut sizes) * (n / (n - COEFFICIENTS as f64)).sqrt()
-}
-
-/// The median; 0 of nothing.
-pub fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    1.4826 * median(&mut sizes).unwrap_or(0.0) * (n / (n - COEFFICIENTS as f64)).sqrt()
 }
 
 /// What a cubic in time leaves of a window, by orthogonal polynomials on its own sample times.

@@ -3,8 +3,8 @@
 use super::rollout::residual;
 use super::search::Tried;
 use super::session::Session;
-use super::track::wrap;
 use super::verdict::{LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample};
+use common::{quantile, wrap};
 
 /// Bins of a curve.
 const BINS: usize = 24;
@@ -73,8 +73,7 @@ pub fn misfit_map(session: &Session, before: &Tried, after: &Tried) -> (Vec<Misf
 
 fn curve(points: &[Point], axis: usize) -> MisfitCurve {
     let mut values: Vec<f64> = points.iter().map(|point| point.coordinates[axis]).collect();
-    values.sort_by(f64::total_cmp);
-    let at = |share: f64| values.get((values.len().saturating_sub(1) as f64 * share) as usize).copied().unwrap_or(0.0);
+    let mut at = |share: f64| quantile(&mut values, share).unwrap_or(0.0);
     // A few wild samples must not stretch the axis.
     let (low, high) = (at(0.002), at(0.998));
     let width = ((high - low) / BINS as f64).max(1e-12);

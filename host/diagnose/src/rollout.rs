@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::model::{Hidden, Plant};
-use super::track::{Segment, Track, wrap};
+use super::track::{Segment, Track};
+use common::wrap;
 
 /// Angle and speed at the start of every segment, by track.
 pub type Starts = Vec<Vec<[f64; 2]>>;

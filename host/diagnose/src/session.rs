@@ -162,7 +162,7 @@ impl Session {
             let rolled = rollout::roll(&plant, track, starts, None, true);
             sizes.extend(current::current_residuals(track, &rolled).map(|(_, left)| left.abs()));
         }
-        self.sigma_current = Some(3.0 * noise.max(1.4826 * floor::median(&mut sizes)));
+        self.sigma_current = Some(3.0 * noise.max(1.4826 * common::median(&mut sizes).unwrap_or(0.0)));
     }
 
     /// Measures the noise about a fit's rollouts, and marks spikes. `fitted`: on the fit runs, else on the held-out ones.

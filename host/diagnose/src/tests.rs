@@ -337,7 +337,7 @@ fn other_columns_and_rates_work() {
                 t_s: keep.iter().map(|&i| run.t_s[i]).collect(),
                 enable: keep.iter().map(|&i| run.enable[i]).collect(),
                 drive: Drive::Voltage((0..keep.len()).map(|place| 5.0 * held(place)).collect()),
-                angle: AngleReading::Angle(keep.iter().map(|&i| angle[i].map(track::wrap)).collect()),
+                angle: AngleReading::Angle(keep.iter().map(|&i| angle[i].map(common::wrap)).collect()),
                 ..Recording::default()
             }
         })

@@ -1,7 +1,6 @@
 //! A recording made ready for rollouts: angles on one scale, inputs integrated, the run cut into segments.
 
-use std::f64::consts::{PI, TAU};
-
+use common::{quantile, wrap};
 use description::angle_code::{AdcCurve, Track as Element, angle_scale, corrected_angle};
 use description::robot::{Potentiometer, Robot, Sensor};
 
@@ -201,9 +200,8 @@ impl Track {
             .map(|i| (self.angle[i + 20] - self.angle[i]).abs() / (self.t[i + 20] - self.t[i]))
             .filter(|speed| speed.is_finite())
             .collect();
-        let mut sorted = speeds;
-        sorted.sort_by(f64::total_cmp);
-        let fast = sorted.get(sorted.len() * 95 / 100).copied().unwrap_or(0.0);
+        let mut speeds = speeds;
+        let fast = quantile(&mut speeds, 0.95).unwrap_or(0.0);
         if fast > 4.0 * no_load {
             return bad(
                 format!("the shaft turns at {fast:.0} rad/s, this motor without load at {no_load:.0} rad/s"),
@@ -254,13 +252,6 @@ fn angle_of_code(sensor: &Potentiometer, code: u16) -> Option<f64> {
     let usable =
         volts > curve.zero_below_v.max(0.0) + margin && volts < curve.saturates_v.min(element.supply_v) - margin;
     usable.then(|| wrap(element.angle(volts)))
-}
-
-/// To −π … π.
-#[inline]
-#[must_use]
-pub fn wrap(angle: f64) -> f64 {
-    if angle.abs() <= PI { angle } else { angle - TAU * (angle / TAU).round() }
 }
 
 /// Readings on one continuous scale. Across missing readings the shaft is taken to go on at the speed it had.

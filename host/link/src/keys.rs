@@ -4,10 +4,10 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use common::atomic::write_atomically_private;
 use control::protocol::dongle::{Address, RadioKey};
 use control::protocol::pairing::Pairing;
 use control::protocol::secure::Key;
-use description::atomic::write_atomically_private;
 use miette::Diagnostic;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

@@ -3,7 +3,8 @@
 use plotters::style::RGBColor;
 
 use super::panel::{Band, Line, Panel, PlotError, Size, render};
-use common::conventions::{degrees, frequency_from_omega, wrap};
+use common::conventions::{degrees, frequency_from_omega};
+use common::wrap;
 use simulation::{Order, Tick, Trace};
 
 // Colours that the colour-blind tell apart (Okabe and Ito).

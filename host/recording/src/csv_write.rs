@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::rows::{self, Cell};
-use description::atomic::write_atomically;
+use common::atomic::write_atomically;
 
 use super::{ExtraColumn, Metadata, Recording, RecordingError, RunLog};
 

@@ -10,7 +10,7 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::rows::{self, Cell};
-use description::atomic::write_atomically;
+use common::atomic::write_atomically;
 
 use super::schema::{event_schema, state_schema};
 use super::telemetry::At;

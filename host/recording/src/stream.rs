@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use description::atomic::sync_directory;
+use common::atomic::sync_directory;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use serde::Serialize;

@@ -170,7 +170,7 @@ fn motion(hz: f64, wrapped: bool, per_rad: f64, t_scale: f64) -> String {
     for i in 0..1500 {
         let t = f64::from(i) * 1e-3;
         let angle = -hz * std::f64::consts::TAU * t;
-        let angle = if wrapped { common::conventions::wrap(angle) } else { angle };
+        let angle = if wrapped { common::wrap(angle) } else { angle };
         writeln!(text, "{},0.8,{}", t * t_scale, angle * per_rad).unwrap();
     }
     text

@@ -79,7 +79,7 @@ impl OnGround {
 
 /// The angle that differs from this one by whole turns and is nearest to another, rad.
 fn nearest(angle: f64, to: f64) -> f64 {
-    to + common::conventions::wrap(angle - to)
+    to + common::wrap(angle - to)
 }
 
 impl World for OnGround {

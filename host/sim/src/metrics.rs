@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use super::strokes::Strokes;
 use super::{Order, Tick, Trace};
-use common::conventions::{degrees, frequency_from_omega, omega_from_frequency, wrap};
+use common::conventions::{degrees, frequency_from_omega, omega_from_frequency};
+use common::wrap;
 
 /// The last part of a run over which steady values are taken, s.
 const STEADY_S: f64 = 1.0;

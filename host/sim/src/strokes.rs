@@ -1,7 +1,8 @@
 //! The turning points of an oscillation, from the true motion of the shaft.
 
 use super::Tick;
-use common::conventions::{degrees, wrap};
+use common::conventions::degrees;
+use common::wrap;
 
 /// A stroke that goes this much further than from bound to bound has run away.
 pub const RUNAWAY_DEG: f64 = 90.0;

@@ -11,7 +11,7 @@ pub fn track_csv(track: &Track) -> String {
     let mut heading = None;
     for (index, snapshot) in track.snapshots.iter().enumerate() {
         let now = snapshot.heading();
-        let unwrapped = heading.map_or(now, |last: f64| last + common::conventions::wrap(now - last));
+        let unwrapped = heading.map_or(now, |last: f64| last + common::wrap(now - last));
         heading = Some(unwrapped);
         row(&mut text, snapshot, unwrapped, track.energy_j.get(index).copied());
     }

@@ -24,8 +24,8 @@ fn tick(time_s: f64, angle: f64, speed: f64) -> Tick {
         telemetry: Telemetry {
             state: State::Speed,
             tracking: true,
-            angle: common::conventions::wrap(angle) as f32,
-            reference_angle: common::conventions::wrap(angle) as f32,
+            angle: common::wrap(angle) as f32,
+            reference_angle: common::wrap(angle) as f32,
             actuation,
             ..Telemetry::default()
         },

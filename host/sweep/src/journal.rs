@@ -9,7 +9,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use description::atomic::{remove, write_atomically};
+use common::atomic::{remove, write_atomically};
 use toml::{Table, Value};
 
 /// Why a table cannot be written or taken up.

@@ -54,11 +54,11 @@ fn left_over(bench: &Bench, calibrated: &Robot, seed: u64) -> Option<(f64, f64, 
     for tick in 0..(CALIBRATION_S * 1000.0) as usize {
         let code = specimen.sample().angle;
         // Turning counter-clockwise the wiper lags by half of its play.
-        let wiper = common::conventions::wrap(specimen.truth().angle - half_play);
+        let wiper = common::wrap(specimen.truth().angle - half_play);
         if tick > 300 && !map.is_blind(wiper as f32) {
-            errors.push(common::conventions::wrap(f64::from(map.angle(code)) - wiper).to_degrees());
+            errors.push(common::wrap(f64::from(map.angle(code)) - wiper).to_degrees());
             let uncorrected = f64::from(bench.parameters.sensor.angle(code));
-            before.push(common::conventions::wrap(uncorrected - wiper).to_degrees());
+            before.push(common::wrap(uncorrected - wiper).to_degrees());
         }
         specimen.advance(control::Actuation { duty: CALIBRATION_DUTY as f32, enable: true });
     }

@@ -136,7 +136,7 @@ fn moment(bench: &Bench, when: When, seed: u64) -> f64 {
             let healthy = run_of(bench, seed, FROM_S + 2.0 * SPAN_S, Vec::new());
             let mut sensor = healthy.parameters.sensor;
             sensor.edge_margin += 0.05;
-            let outside = |angle: f64| !sensor.is_blind(common::conventions::wrap(angle) as f32);
+            let outside = |angle: f64| !sensor.is_blind(common::wrap(angle) as f32);
             let found = healthy.ticks.iter().find(|tick| tick.time_s >= drawn && outside(tick.truth.angle));
             found.map_or(drawn, |tick| tick.time_s)
         }

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use common::conventions::{degrees, wrap};
+use common::conventions::degrees;
+use common::wrap;
 use control::supervisor::TRIGGERS;
 use control::{Parameters, Sensor as Which, Stroke};
 use description::design::design;

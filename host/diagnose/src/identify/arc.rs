@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use serde::Serialize;
 
 use super::curve::Curve;
-use super::phase::{Ramp, Reading, median, wrap};
+use super::phase::{Ramp, Reading};
+use common::{median, wrap};
 
 /// Width of a bin, rad.
 const BIN: f64 = 2.0 * TAU / 360.0;
@@ -54,13 +55,13 @@ pub(super) fn reliable(readings: &[Reading], ramp: &Ramp, top_code: f64) -> Opti
     let scatters: Vec<(f64, f64)> = bins
         .iter()
         .map(|(deviations, _)| {
-            let center = median(&mut deviations.clone());
+            let center = median(&mut deviations.clone()).unwrap_or(f64::NAN);
             let mut around: Vec<f64> = deviations.iter().map(|d| (d - center).abs()).collect();
-            (center, median(&mut around))
+            (center, median(&mut around).unwrap_or(f64::NAN))
         })
         .collect();
     let mut known: Vec<f64> = scatters.iter().map(|s| s.1).filter(|s| s.is_finite()).collect();
-    let typical = median(&mut known).max(0.1 * BIN);
+    let typical = median(&mut known).map_or(0.1 * BIN, |typical| typical.max(0.1 * BIN));
     // Some(false): garbage; None: no sample there (a turn may be a whole number of samples).
     let follows: Vec<Option<bool>> = bins
         .iter()
@@ -125,7 +126,7 @@ pub(super) fn trimmed(
                 .map(|&(_, residual)| residual)
                 .collect();
             let error = 1.25 * sigma / (values.len().max(1) as f64).sqrt();
-            values.len() >= 5 && median(&mut values).abs() > tolerance.max(4.0 * error)
+            values.len() >= 5 && median(&mut values).is_some_and(|middle| middle.abs() > tolerance.max(4.0 * error))
         });
         bad.map_or(0.0, |n| (n + 1) as f64 * step)
     };

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::phase::{PHASE_DEGREE, Ramp, Reading, median, wrap};
+use super::phase::{PHASE_DEGREE, Ramp, Reading};
+use common::{median, wrap};
 
 /// Tukey's biweight rejects residuals beyond this many standard deviations (95 % efficiency for Gaussian noise).
 const TUKEY: f64 = 4.685;
@@ -177,7 +178,7 @@ impl System {
         let factor = normal.cholesky()?;
         let x = factor.solve(&right);
         let mut magnitudes: Vec<f64> = (&self.rows * &x - &self.readings).iter().map(|r| r.abs()).collect();
-        let sigma = (median(&mut magnitudes) / 0.6745).max(1e-9);
+        let sigma = (median(&mut magnitudes).unwrap_or(f64::NAN) / 0.6745).max(1e-9);
         // Mean of a·C·aᵀ over the rows is trace(C·AᵀA)/n, of the sensor's columns alone and about their means: a constant
         // is a matter of the zero.
         let inverse = factor.inverse();

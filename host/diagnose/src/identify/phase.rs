@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use common::{median, wrap};
+
 use super::error::IdentifyError;
 
 /// Windows whose speed is farther than this from the settled speed are not steady (start, stop).
@@ -135,7 +137,7 @@ fn rough_speed(readings: &[Reading]) -> Result<f64, IdentifyError> {
         if slopes.len() < 20 {
             continue;
         }
-        best = median(&mut slopes);
+        best = median(&mut slopes).unwrap_or(f64::NAN);
         let dt = (readings[readings.len() - 1].t - readings[0].t) / (readings.len() - 1) as f64;
         if (best * dt * span as f64).abs() < TAU / 6.0 {
             break;
@@ -179,7 +181,7 @@ fn steady_stretch(readings: &[Reading], speed: f64) -> Result<(f64, f64, f64), I
             ),
         });
     }
-    let settled = median(&mut settled);
+    let settled = median(&mut settled).unwrap_or(f64::NAN);
     let (mut best, mut start) = ((0, 0), 0);
     for i in 0..=speeds.len() {
         let good = i < speeds.len() && (speeds[i] / settled - 1.0).abs() < STEADY;
@@ -247,19 +249,4 @@ fn fit(windows: &[Window], speed: f64) -> (Ramp, f64) {
     coefficients[1] += speed * half;
     coefficients.resize(PHASE_DEGREE + 1, 0.0);
     (Ramp { center, half, coefficients }, rms)
-}
-
-/// To −π … π.
-pub(super) fn wrap(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
-}
-
-/// Median; sorts in place. NaN for nothing.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
 }

@@ -175,7 +175,7 @@ fn speed_is_smooth(steady: &[Reading], fit: &Fit, reliable: Reliable) -> Result<
                 .push(curve::residual(&fit.curve, &fit.ramp, reading));
         }
     }
-    let means: Vec<f64> = turns.values_mut().filter(|v| v.len() >= 10).map(|v| phase::median(v)).collect();
+    let means: Vec<f64> = turns.values_mut().filter(|v| v.len() >= 10).filter_map(|v| common::median(v)).collect();
     let rms = (means.iter().map(|m| m * m).sum::<f64>() / means.len().max(1) as f64).sqrt();
     let typical = means.len().max(1) as f64 / steady.len() as f64;
     let limit = ROUGH_TURNS.max(4.0 * fit.sigma * typical.sqrt());

@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::error::IdentifyError;
 use super::potentiometer::{potentiometer, require_potentiometer};
 use super::summary::PotentiometerFit;
-use common::conventions::{degrees, radians, wrap};
+use common::conventions::{degrees, radians};
+use common::wrap;
 use recording::{AngleReading, Recording};
 
 /// The offset is found as exactly as the two corrections leave it, but no range is narrower than this, degrees.

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::arc::{Reliable, Zero, ZeroSource};
 use super::curve::{self, Curve, Fit};
-use super::phase::{self, Ramp, Reading, wrap};
+use super::phase::{Ramp, Reading};
 use super::potentiometer::nominal_grid;
+use common::{median, wrap};
 use recording::Recording;
 
 /// The blind arc is made this much wider at both ends, rad.
@@ -189,7 +190,7 @@ fn residual_bins(inside: &[Reading], curve: &Curve, ramp: &Ramp, sigma: f64) -> 
             continue;
         }
         // A spike would move a plain mean: samples beyond four standard deviations do not count.
-        let center = phase::median(after);
+        let center = median(after).unwrap_or(f64::NAN);
         let sigma = sigma.to_degrees();
         let kept: Vec<f64> = after.iter().copied().filter(|v| (v - center).abs() <= 4.0 * sigma).collect();
         let count = kept.len().max(2) as f64;
@@ -197,7 +198,7 @@ fn residual_bins(inside: &[Reading], curve: &Curve, ramp: &Ramp, sigma: f64) -> 
         let variance = kept.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0);
         bins.push(ResidualBin {
             angle_deg: 360.0 * (n as f64 + 0.5) / BINS as f64 - 180.0,
-            before_deg: phase::median(before),
+            before_deg: median(before).unwrap_or(f64::NAN),
             after_deg: mean,
             error_deg: (variance / count).sqrt(),
             samples: after.len(),

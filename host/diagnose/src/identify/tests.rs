@@ -8,8 +8,8 @@ use description::angle_code::{AdcCurve, corrected_angle};
 use description::robot::{self, InGap, Quantity, Robot, Sensor};
 use hal_sim::{Settings, SimulatedRobot};
 
-use super::phase::wrap;
 use super::{GapBehaviour, IdentifyError, ZeroSource, potentiometer, second_potentiometer};
+use common::wrap;
 use recording::{AngleReading, Drive, Recording};
 
 fn within(value: f64, low: f64, high: f64) -> Quantity {

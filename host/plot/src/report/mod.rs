@@ -8,6 +8,7 @@ mod words;
 
 use std::fmt::Write as _;
 
+use common::quantile;
 use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, RunUse, Verdict};
 use svg::{COLOURS, STYLE, escape, number};
 use words::{degrees, percent, sentence, three, times};
@@ -116,8 +117,7 @@ fn distribution_words(diagnosis: &Diagnosis) -> String {
     let floor = diagnosis.noise_floor.max(f64::MIN_POSITIVE);
     let at = |value: fn(&diagnose::RolloutError) -> f64| {
         let mut ratios: Vec<f64> = diagnosis.detail.rollout_errors.iter().map(|one| value(one) / floor).collect();
-        ratios.sort_by(f64::total_cmp);
-        let pick = |share: f64| ratios[((ratios.len() - 1) as f64 * share).round() as usize];
+        let mut pick = |share: f64| quantile(&mut ratios, share).unwrap_or(f64::NAN);
         format!("median {}, 95 % below {}", times(pick(0.5)), times(pick(0.95)))
     };
     format!("<figcaption>Before: {}.<br/>After: {}.</figcaption>", at(|one| one.before), at(|one| one.after))

@@ -21,8 +21,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use common::atomic::write_atomically;
 use description::Robot;
-use description::atomic::write_atomically;
 use description::edit::Document;
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
 use recording::{Loaded, ReadOptions, RecordingError, check_rig, is_disk_full, load_with};

@@ -4,7 +4,7 @@ use control::protocol::radio::Row;
 use control::{AdcCode, Telemetry};
 use serde::Serialize;
 
-use common::conventions::wrap;
+use common::wrap;
 use recording::FullRow;
 
 /// How one quantity compares over the run.

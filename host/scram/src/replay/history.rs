@@ -6,7 +6,8 @@ use description::angle_code::{AngleScale, angle_scale};
 
 use super::decide::command;
 use super::trail::Trail;
-use common::conventions::{degrees, frequency_from_omega, wrap};
+use common::conventions::{degrees, frequency_from_omega};
+use common::wrap;
 use recording::{FullRow, LinkQuality, RecordedEvent, SessionEvent};
 
 /// Span over which the speed is taken from the angle where nobody estimated it, s.

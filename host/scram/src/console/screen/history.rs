@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use description::atomic::write_atomically_private;
+use common::atomic::write_atomically_private;
 
 /// Lines that are kept.
 const LINES: usize = 1000;
