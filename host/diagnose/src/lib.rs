@@ -1,8 +1,45 @@
-//! Diagnosis: what the simulation gets wrong about a measured robot, and the name of the cause.
+//! Diagnosis: what the simulation gets wrong about a measured robot, and the name of the cause; and [`identify`], parameters
+//! from recordings.
 //!
 //! Order of work: the numbers of the file's model are refitted first, so that a wrong number is not called a wrong
 //! model; each effect of the library that the file lacks is then fitted jointly with them; all are judged by free
 //! rollouts of a fixed length on runs that no fit has seen.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use description::Robot;
+//! use description::edit::Document;
+//! use diagnose::{Options, diagnose};
+//! use simulation::{Drive, Order, Plan, Step, recording, run};
+//!
+//! let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/bench-linear.toml"));
+//! let robot = Robot::load(file)?;
+//! // The measured rig is another one: it has friction that the file does not know.
+//! let friction = "[effects.coulomb_friction]\n\
+//!     torque_nm = { value = 2e-4, low = 1e-4, high = 4e-4, source = \"example\" }\n\
+//!     presliding_deg = { value = 0.2, low = 0.05, high = 1.0, source = \"example\" }\n";
+//! let text = std::fs::read_to_string(file)? + friction;
+//! let rig = Document::parse(&text, &file.display().to_string())?.robot()?;
+//! let measured: Vec<_> = (1..=4)
+//!     .map(|seed| {
+//!         let duty = |k: u64| (((k * 7 + seed * 3) % 11) as f64 - 5.0) / 5.0;
+//!         let steps = (0..16).map(|k| Step { at_s: 0.25 * k as f64, order: Order::Duty { duty: duty(k) } }).collect();
+//!         let plan = Plan { drive: Drive { steps, end_s: None }, seconds: 4.0, faults: Vec::new() };
+//!         Ok(recording(&run(&rig, seed, &hal_sim::Settings::default(), &plan)?, &rig))
+//!     })
+//!     .collect::<Result<_, simulation::SimError>>()?;
+//! // The last two runs are held out: no fit sees them.
+//! let diagnosis = diagnose(&robot, &measured[..2], &measured[2..], &Options::default())?;
+//! assert_eq!(diagnosis.causes[0].effect, "coulomb_friction");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do:
+//!
+//! * It draws nothing and knows no terminal: reports and pictures are the crate `plot`'s.
+//! * It reads no files: the crate `recording` does. [`extend`] changes a robot file in memory only.
+//! * It does not choose the experiment: of runs that do not tell two causes apart it says so, and what would.
 
 mod bootstrap;
 mod current;

@@ -3,6 +3,37 @@
 //! that ends with the bridge off. The protocol: `docs/link.md`.
 //!
 //! Nothing here reads a clock: a [`Line`] brings its own, so that tests run whole sessions in virtual time.
+//!
+//! ```
+//! use std::path::Path;
+//! use std::time::Duration;
+//!
+//! use control::Command;
+//! use control::protocol::radio::What;
+//! use link::{Keys, KnownRobot, Outcome, Session, nonces};
+//! use workbench::bench::Bench;
+//! use workbench::host_end::HostEnd;
+//! use workbench::setup::{DONGLE, Setup, address, pairing};
+//!
+//! // A simulated dongle and robot; of real ones `SerialLine::open` is the line and `Keys::load` has the keys.
+//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let line = HostEnd::new(Bench::new(Setup::new(&robot, 1, 5)?));
+//! let known = KnownRobot { name: "scram-1".into(), address: address(0), pairing: pairing(DONGLE, 5, 0) };
+//! let keys = Keys::of(pairing(DONGLE, 5, 0).primary, vec![known]);
+//!
+//! let patience = Duration::from_secs(3);
+//! let mut session = Session::open(line, &keys, nonces()?, patience)?;
+//! let robot = session.find(None, patience)?;
+//! assert_eq!(session.ask(robot, What::Command(Command::ClearFault), |_| ())?, Outcome::Done(None));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do:
+//!
+//! * It has no commands for people and no screen: the console of `scram` has.
+//! * It keeps nothing going by itself: heartbeats are sent from [`Session::poll`] alone, so that a program that hangs lets its
+//!   robots stop.
+//! * It flashes nothing: `cargo flash-robot` does.
 
 mod error;
 mod find;

@@ -10,6 +10,22 @@
 //! `foot1L` and `bolt`, joint and actuator `rotor`. MuJoCo's rotor angle is counter-clockwise positive.
 //!
 //! Format: <https://mujoco.readthedocs.io/en/stable/XMLreference.html>.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use hal_sim::body::Plan;
+//!
+//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let text = mjcf::model(&robot.name, &Plan::new(&robot)?, &mjcf::Options::default())?;
+//! assert!(text.contains("<mujoco model=\"scram-26\">"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do:
+//!
+//! * It does not run MuJoCo, and needs none.
+//! * It reads no MJCF.
 
 mod chain;
 mod ground;

@@ -1,6 +1,30 @@
 //! A recording in memory: one run of a rig, columns of equal length. Reading and writing live in the submodules.
 //!
-//! Column names, units and meaning are those of the exchange format: see `docs/recordings.md`.
+//! Column names, units and meaning are those of the exchange format: see `docs/recordings.md`. [`load`] reads a CSV or MCAP
+//! file, [`write_mcap`] and [`write_csv`] write one, [`SessionRecorder`] writes while a session lasts.
+//!
+//! ```
+//! use recording::{AngleReading, Drive, Metadata, Recording, load, write_mcap};
+//!
+//! let directory = tempfile::tempdir()?;
+//! let path = directory.path().join("run.mcap");
+//! let run = Recording {
+//!     t_s: vec![0.0, 0.001, 0.002],
+//!     enable: vec![true; 3],
+//!     drive: Drive::Duty(vec![0.5; 3]),
+//!     angle: AngleReading::Angle(vec![Some(0.0), None, Some(0.02)]),
+//!     ..Recording::default()
+//! };
+//! write_mcap(&path, &run, &[], &Metadata::default())?;
+//! assert_eq!(load(&path)?.angle, run.angle);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do:
+//!
+//! * It does not interpret a recording: the crates `diagnose` and `simulation` do.
+//! * It draws nothing and prints nothing: [`Progress`] is told how far a file is read.
+//! * It does not read files larger than memory whole: blocks of samples are dropped and [`Kept`] says which share is left.
 
 mod builder;
 mod csv_read;

@@ -1,4 +1,24 @@
 //! The firmware's decisions on the simulated robot: both advance in virtual time, one control period at a time.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use hal_sim::Settings;
+//! use simulation::{Drive, Plan, metrics, run};
+//!
+//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let plan = Plan { drive: Drive::parse("freq:7")?, seconds: 2.0, faults: Vec::new() };
+//! let trace = run(&robot, 1, &Settings::default(), &plan)?;
+//! let frequency = metrics(&trace).mean_frequency_hz.expect("it turns");
+//! assert!((frequency - 7.0).abs() < 0.05);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do:
+//!
+//! * It simulates no radio and none of the tasks around the controller: `workbench` does.
+//! * It draws nothing: the crate `plot` does.
+//! * It takes no wall-clock time into account: the same robot file, seed and [`Plan`] give the same bits.
 
 mod blow_up;
 mod clamped_metrics;
