@@ -10,7 +10,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::angle::wrap;
-use crate::parameters::ParameterError;
+use crate::error::ParameterError;
 use crate::sample::AdcCode;
 use crate::scalar::clamp;
 

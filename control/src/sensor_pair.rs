@@ -15,35 +15,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::angle::wrap;
 use crate::estimator::{Estimate, Estimator, Measured, Verdict};
-use crate::parameters::{ParameterError, Parameters, Tuning};
+use crate::parameters::{Parameters, Tuning};
 use crate::sample::{AdcCode, Sample};
 use crate::scalar::clamp;
-use crate::sensor::{Reading, SensorMap, range};
-
-/// The second potentiometer as the design knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct SecondSensor {
-    /// Its map, in angles from the middle of its own gap.
-    pub map: SensorMap,
-    /// Middle of its gap on the shaft, rad, −π … π.
-    pub offset: f32,
-    /// How far off that may be, rad.
-    pub tolerance: f32,
-    /// Its conversions are so much later than the first one's, s.
-    pub delay: f32,
-    /// Standard deviation of its readings, in that of the first one's.
-    pub noise: f32,
-}
-
-impl SecondSensor {
-    pub(crate) fn check(&self) -> Result<(), ParameterError> {
-        self.map.check()?;
-        range("second.offset", self.offset, -PI, PI)?;
-        range("second.tolerance", self.tolerance, 0.0, 1.0)?;
-        range("second.delay", self.delay, 0.0, 5e-3)?;
-        range("second.noise", self.noise, 0.01, 100.0)
-    }
-}
+use crate::second_sensor::SecondSensor;
+use crate::sensor::Reading;
 
 /// One of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]

@@ -3,6 +3,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use common::wrap;
+
 use crate::robot::{Adc, Correction, Potentiometer, Sensor};
 
 /// The straight line `angle = zero + rad_per_code·code`, rad, to be wrapped.
@@ -20,8 +22,7 @@ impl AngleScale {
     /// Angle of a code, rad, wrapped to −π … π.
     #[must_use]
     pub fn angle(&self, code: f64) -> f64 {
-        let angle = self.zero + self.rad_per_code * code;
-        angle - TAU * (angle / TAU).round()
+        wrap(self.zero + self.rad_per_code * code)
     }
 }
 
@@ -93,7 +94,7 @@ impl Track {
     /// Whether the wiper stands on insulation.
     #[must_use]
     pub fn in_gap(&self, angle: f64) -> bool {
-        (angle - TAU * (angle / TAU).round()).abs() < self.half_gap
+        wrap(angle).abs() < self.half_gap
     }
 }
 

@@ -9,10 +9,10 @@ use std::path::Path;
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use crate::atomic::write_atomically;
 use crate::error::{DescriptionError, Problem};
 use crate::robot::{Correction, Quantity, Robot};
 use crate::unit;
+use common::atomic::write_atomically;
 
 /// A robot file that is being edited.
 #[derive(Clone, Debug)]

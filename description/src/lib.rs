@@ -1,7 +1,6 @@
 //! robot.toml, the one description: reading it with good errors ([`Robot`]), changing it by program ([`edit`]), the meaning
 //! of its sensor ([`angle_code`]) and the controller that follows from it ([`design`]).
 pub mod angle_code;
-pub mod atomic;
 pub mod design;
 pub mod edit;
 mod error;

@@ -1,6 +1,6 @@
 //! The simulated robot: every part of the world around the firmware, one control period at a time.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use control::{Actuation, AdcCode, Sample};
 use description::angle_code::{AdcCurve, Track, angle_scale, battery_curve};
@@ -499,8 +499,4 @@ impl BatteryReading {
     }
 }
 
-/// Wraps an angle (rad) to −π … π.
-#[must_use]
-pub fn wrap(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
-}
+pub use common::wrap;

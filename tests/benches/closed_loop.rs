@@ -4,10 +4,10 @@
 
 use std::path::Path;
 
+use common::conventions::omega_from_frequency;
 use control::{Command, Controller};
 use description::robot::Robot;
 use hal_sim::SimulatedRobot;
-use scram::edge::omega_from_frequency;
 
 fn main() {
     divan::main();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use scram::diagnose::{Cause, Detail, Diagnosis, Gain, Verdict};
+use diagnose::{Cause, Detail, Diagnosis, Gain, Verdict};
 use system_tests::blind::case::Category::{Hidden, Nothing, Outside};
 use system_tests::blind::score::{Mark, mark, median_and_worst};
 

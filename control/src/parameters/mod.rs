@@ -7,13 +7,13 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::sample::AdcCode;
+use crate::second_sensor::SecondSensor;
 use crate::sensor::SensorMap;
-use crate::sensor_pair::SecondSensor;
 
 mod check;
 pub mod table;
 
-pub use check::ParameterError;
+pub use crate::error::ParameterError;
 pub use table::SetError;
 
 /// The motor with what turns on its shaft, thesis (4.1) and (4.2).

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use common::wrap;
 use control::SecondSensor;
 use control::sensor::{HARMONICS, Harmonic, KNOTS, Knot, SensorMap};
 
@@ -33,7 +34,7 @@ pub(super) fn second(sensor: &Sensor, edge_margin: f64, noises: [f64; 2]) -> Res
     Ok(Some(SecondSensor {
         map: SensorMap { edge_margin: edge_margin as f32, ..wiper(&resolved)? },
         // Half a turn may be a rounding beyond the circle's end.
-        offset: ((turned - TAU * (turned / TAU).round()) as f32).clamp(-PI as f32, PI as f32),
+        offset: (wrap(turned) as f32).clamp(-PI as f32, PI as f32),
         tolerance: (offset.high - offset.value).max(offset.value - offset.low).to_radians() as f32,
         // From the middle of the first one's conversions to the middle of its own, which follow them.
         delay: (0.5 * (first.adc.duration_s() + resolved.adc.duration_s())) as f32,

@@ -13,7 +13,7 @@ const TEST_DEVICE: usize = 0x10_0000;
 /// What the test device takes for "end with the code in the upper half".
 const FAIL: u32 = 0x3333;
 
-/// Codes that QEMU ends with; `host/src/hil/qemu.rs` reads them.
+/// Codes that QEMU ends with; `host/scram/src/hil/qemu.rs` reads them.
 const PANICKED: u32 = 101;
 const TRAPPED: u32 = 102;
 /// Nobody asks any more: whoever started QEMU was killed, and it would run for ever.

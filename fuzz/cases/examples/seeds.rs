@@ -13,7 +13,7 @@ use control::protocol::secure::Key;
 use control::{Command, Fault, Sample, State, Stroke};
 use description::Robot;
 use description::design::design;
-use scram::recording::{
+use recording::{
     AngleReading, Drive, LinkQuality, Metadata, Outcome, Recording, SessionEvent, SessionRecorder, Stated,
     TelemetryRow, write_csv, write_mcap_with,
 };

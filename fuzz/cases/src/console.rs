@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use scram::console::check;
-use scram::sim::Drive;
+use simulation::Drive;
 
 use crate::desk::console;
 use crate::scratch::Scratch;

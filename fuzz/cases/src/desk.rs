@@ -12,8 +12,8 @@ use control::protocol::frame::{Deframer, LONGEST, encode};
 use control::protocol::pairing::Pairing;
 use control::protocol::radio::{self, Telling, ToRobot};
 use control::protocol::secure::{Ear, Heard, Sealer};
+use link::{Keys, KnownRobot, Line, Session};
 use scram::console::Engine;
-use scram::link::{Keys, KnownRobot, Line, Session};
 
 use crate::air::{KEY, Nonces};
 

@@ -2,7 +2,7 @@
 //!
 //! The first byte says which: 0 is followed by the file, anything else by so many changes to a good one.
 
-use scram::link::Keys;
+use link::Keys;
 
 use crate::bytes::Bytes;
 use crate::scratch::Scratch;

@@ -1,4 +1,4 @@
-//! The blind campaign: hides effects, lets `scram::diagnose` find them, and counts.
+//! The blind campaign: hides effects, lets `diagnose` find them, and counts.
 //!
 //! `cargo run -p system-tests --bin blind` runs the official campaign: 48 hidden, 100 with nothing, 20 outside the
 //! library, seeds from 20261. Exit code 0: every bar is reached, 1: one is missed or it could not be done, 2: wrong usage.

@@ -5,7 +5,7 @@
 //!
 //! The hidden truth shares no code with the model that is fitted: this module has its own laws ([`laws`]), its own
 //! integrator ([`world`]), its own noise and quantisation ([`sensing`]), and its own measure of how large the effect is
-//! ([`measure`]). It may not touch `hal-sim`, `control`, or anything of `scram::diagnose` except through [`score`], which
+//! ([`measure`]). It may not touch `hal-sim`, `control`, or anything of `diagnose` except through [`score`], which
 //! hands files to the diagnosis and reads its verdict.
 //!
 //! What is hidden and why it is richer than the library is told in `docs/blind-tests.md`.

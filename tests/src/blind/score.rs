@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use description::robot::Robot;
-use scram::diagnose::{Diagnosis, Options, Verdict, diagnose};
-use scram::recording::{Recording, load};
+use diagnose::{Diagnosis, Options, Verdict, diagnose};
+use recording::{Recording, load};
 use serde_json::{Value, json};
 
 use super::case::{Case, Category};

@@ -3,7 +3,7 @@
 //!
 //! The robot is symmetric, so frequencies of one sign say all.
 
-use scram::mjcf::Options;
+use mjcf::Options;
 use serde_json::json;
 
 use super::Bench;

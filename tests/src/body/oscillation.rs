@@ -2,7 +2,7 @@
 
 use hal_sim::body::coordinates::Coordinates;
 use hal_sim::body::{Drive, Ensemble, Plan};
-use scram::mjcf::Options;
+use mjcf::Options;
 use serde::Deserialize;
 use serde_json::json;
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use hal_sim::body::{Drive, Ensemble, Plan};
-use scram::mjcf::Options;
+use mjcf::Options;
 use serde::Deserialize;
 use serde_json::json;
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hal_sim::body::Plan;
-use scram::mjcf::{Options, model};
+use mjcf::{Options, model};
 use serde::de::DeserializeOwned;
 use serde_json::json;
 use tempfile::TempDir;

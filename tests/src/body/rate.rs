@@ -1,7 +1,7 @@
 //! Steps per second on one thread, beside MuJoCo's fastest setting on the same robot in the same run.
 
 use hal_sim::body::{Precision, Settings};
-use scram::mjcf::Options;
+use mjcf::Options;
 use serde::Deserialize;
 use serde_json::json;
 

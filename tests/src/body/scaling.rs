@@ -2,7 +2,7 @@
 
 use description::Robot;
 use hal_sim::body::{Ensemble, Plan, Settings};
-use scram::report::svg::{COLOURS, Chart, STYLE};
+use plot::report::svg::{COLOURS, Chart, STYLE};
 use serde_json::json;
 
 use super::Bench;

@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use description::edit::Document;
 use hal_sim::body::Precision;
-use scram::sweep::{Campaign, Design, DriveKind, RunSettings, SweepError, Target, Workshop, figures};
+use plot::figures;
 use serde_json::json;
+use sweep::{Campaign, Design, DriveKind, RunSettings, SweepError, Target, Workshop};
 
 use super::Bench;
 use super::peer::root;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use description::Robot;
-use scram::mjcf::Options;
+use mjcf::Options;
 use serde::Deserialize;
 use serde_json::json;
 

@@ -3,8 +3,8 @@
 use description::design::design;
 use description::robot::{Correction, Robot, Sensor};
 use hal_sim::{Settings, SimulatedRobot};
-use scram::sim::{Metrics, Order, recording};
 use serde_json::json;
+use simulation::{Metrics, Order, recording};
 
 use super::Row;
 use super::run::{Bench, for_seeds, frequency_error, plan, pooled, run, trace, worst};
@@ -28,7 +28,7 @@ struct Calibrated {
 pub fn calibrate(bench: &Bench, seed: u64) -> Option<(Robot, Correction)> {
     let run =
         trace(&bench.robot, &bench.parameters, seed, &plan(Order::Duty { duty: CALIBRATION_DUTY }, CALIBRATION_S));
-    let fit = scram::identify::potentiometer(&bench.robot, &recording(&run, &bench.robot)).ok()?;
+    let fit = diagnose::identify::potentiometer(&bench.robot, &recording(&run, &bench.robot)).ok()?;
     let correction = fit.correction;
     let mut robot = bench.robot.clone();
     if let Sensor::Potentiometer(potentiometer) = &mut robot.sensor {
@@ -54,11 +54,11 @@ fn left_over(bench: &Bench, calibrated: &Robot, seed: u64) -> Option<(f64, f64, 
     for tick in 0..(CALIBRATION_S * 1000.0) as usize {
         let code = specimen.sample().angle;
         // Turning counter-clockwise the wiper lags by half of its play.
-        let wiper = scram::edge::wrap(specimen.truth().angle - half_play);
+        let wiper = common::wrap(specimen.truth().angle - half_play);
         if tick > 300 && !map.is_blind(wiper as f32) {
-            errors.push(scram::edge::wrap(f64::from(map.angle(code)) - wiper).to_degrees());
+            errors.push(common::wrap(f64::from(map.angle(code)) - wiper).to_degrees());
             let uncorrected = f64::from(bench.parameters.sensor.angle(code));
-            before.push(scram::edge::wrap(uncorrected - wiper).to_degrees());
+            before.push(common::wrap(uncorrected - wiper).to_degrees());
         }
         specimen.advance(control::Actuation { duty: CALIBRATION_DUTY as f32, enable: true });
     }

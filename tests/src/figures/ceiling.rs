@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use description::design;
-use scram::sim::Order;
 use serde_json::json;
+use simulation::Order;
 
 use super::Row;
 use super::run::{Bench, for_seeds, frequency_error, run, worst};

@@ -2,8 +2,8 @@
 
 use control::parameters::{AngleSource, BlindArcHandling, SpeedLaw};
 use control::{Parameters, Stroke};
-use scram::sim::{Metrics, Order};
 use serde_json::json;
+use simulation::{Metrics, Order};
 
 use super::Row;
 use super::oscillation::{SECONDS, Turning};

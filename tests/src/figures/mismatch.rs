@@ -7,8 +7,8 @@ use control::Stroke;
 use description::design;
 use description::robot::Robot;
 use hal_sim::variation::{Spreads, draw};
-use scram::sim::Order;
 use serde_json::json;
+use simulation::Order;
 
 use super::Row;
 use super::oscillation::{SECONDS, Turning};

@@ -1,8 +1,8 @@
 //! Oscillation between −100° and 100°, through the blind arc on every stroke.
 
 use control::Stroke;
-use scram::sim::Metrics;
 use serde_json::{Value, json};
+use simulation::Metrics;
 
 use super::Row;
 use super::run::{Bench, for_seeds, median, run, swing, worst};

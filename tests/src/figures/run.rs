@@ -7,7 +7,7 @@ use description::design::design;
 use description::robot::Robot;
 use hal_sim::{Settings, SimulatedRobot};
 use rayon::prelude::*;
-use scram::sim::{Drive, Metrics, Order, Plan, Trace, closed_loop, metrics};
+use simulation::{Drive, Metrics, Order, Plan, Trace, closed_loop, metrics};
 
 /// What the campaigns run on.
 #[derive(Clone, Debug)]
@@ -81,8 +81,7 @@ pub fn worst(values: impl IntoIterator<Item = f64>) -> f64 {
 #[must_use]
 pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
+    common::median(&mut values).unwrap_or(f64::INFINITY)
 }
 
 /// Root of the mean square; infinite where a value is missing.

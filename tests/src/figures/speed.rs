@@ -1,7 +1,7 @@
 //! Holding ±6, ±7, ±8 Hz from rest at any angle, uncalibrated.
 
-use scram::sim::{Metrics, Order};
 use serde_json::json;
+use simulation::{Metrics, Order};
 
 use super::Row;
 use super::run::{Bench, for_seeds, frequency_error, holds_frequency, median, pooled, run, worst};

@@ -9,8 +9,8 @@ use control::{Fault as Cause, Stroke};
 use hal_sim::Fault;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use scram::sim::{Break, Drive, FaultReport, Order, Plan, Promise, Scheduled, Step, Trace, metrics};
 use serde_json::json;
+use simulation::{Break, Drive, FaultReport, Order, Plan, Promise, Scheduled, Step, Trace, metrics};
 
 use super::Row;
 use super::run::{Bench, for_seeds, median, plan, swing, trace, worst};
@@ -136,7 +136,7 @@ fn moment(bench: &Bench, when: When, seed: u64) -> f64 {
             let healthy = run_of(bench, seed, FROM_S + 2.0 * SPAN_S, Vec::new());
             let mut sensor = healthy.parameters.sensor;
             sensor.edge_margin += 0.05;
-            let outside = |angle: f64| !sensor.is_blind(scram::edge::wrap(angle) as f32);
+            let outside = |angle: f64| !sensor.is_blind(common::wrap(angle) as f32);
             let found = healthy.ticks.iter().find(|tick| tick.time_s >= drawn && outside(tick.truth.angle));
             found.map_or(drawn, |tick| tick.time_s)
         }

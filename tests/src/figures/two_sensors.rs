@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
+use common::conventions::degrees;
+use common::wrap;
 use control::supervisor::TRIGGERS;
 use control::{Parameters, Sensor as Which, Stroke};
 use description::design::design;
 use description::robot::{Robot, Sensor};
+use diagnose::identify::{potentiometer, second_potentiometer};
 use hal_sim::Fault;
 use hal_sim::faults::Line;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use scram::edge::{degrees, wrap};
-use scram::identify::{potentiometer, second_potentiometer};
-use scram::sim::{Break, Drive, Order, Plan, Scheduled, Step, Trace, metrics, recording};
 use serde_json::json;
+use simulation::{Break, Drive, Order, Plan, Scheduled, Step, Trace, metrics, recording};
 
 use super::Row;
 use super::run::{Bench, for_seeds, holds_frequency, plan, pooled, swing, trace, worst};

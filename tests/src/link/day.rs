@@ -14,11 +14,11 @@ use control::protocol::frame::{self, Deframer};
 use control::protocol::radio::{BATCH, Batch, Echo, FromRobot, LONGEST, Row as Tick, Telling, ToRobot};
 use control::protocol::secure::{Ear, Heard, Nonce, Sealer};
 use control::protocol::{VERSION, pairing::Pairing};
+use link::{Keys, KnownRobot, Line, Session};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use recording::{Entry, entries};
 use scram::console::Engine;
-use scram::link::{Keys, KnownRobot, Line, Session};
-use scram::recording::{Entry, entries};
 use serde_json::json;
 use workbench::setup::{DONGLE, address, pairing};
 

@@ -6,9 +6,9 @@ use std::time::Duration;
 use control::protocol::radio::{Counters, What};
 use control::{Actuation, Fault as Cause, State};
 use hal_sim::radio::AirCounts;
+use link::{Counts, Event, Heard, RobotId};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use scram::link::{Counts, Event, Heard, RobotId};
 use workbench::journal::{self, actuations};
 
 use super::fault::{Case, Host};

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use link::Keys;
+use recording::{Entry, entries};
 use scram::console::Engine;
-use scram::link::Keys;
-use scram::recording::{Entry, entries};
 use serde_json::json;
 use workbench::journal::Detail;
 use workbench::realtime::{self, Simulation};

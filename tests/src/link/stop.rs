@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use common::quantile;
+use link::RobotId;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use scram::link::RobotId;
 use serde_json::json;
 use workbench::journal::{Detail, actuations};
 
@@ -45,7 +46,6 @@ fn row(bench: &Bench, robots: usize, bit_per_s: f64, sessions: u64) -> Row {
     let off_before = stops.len() - after_s.len();
     let (median_s, worst_s) = (median(after_s.iter().copied()), worst(after_s.iter().copied()));
     let mut sorted = after_s.clone();
-    sorted.sort_by(f64::total_cmp);
     let later = |limit_s: f64| after_s.iter().filter(|after_s| **after_s > limit_s).count();
     Row::new(
         &format!("stop key to bridge off, {robots} on the air, {} Mb/s", bit_per_s / 1e6),
@@ -55,7 +55,7 @@ fn row(bench: &Bench, robots: usize, bit_per_s: f64, sessions: u64) -> Row {
              stopped by themselves before",
             after_s.len(),
             1e3 * median_s,
-            1e3 * sorted.get(after_s.len() * 99 / 100).copied().unwrap_or(f64::INFINITY),
+            1e3 * quantile(&mut sorted, 0.99).unwrap_or(f64::INFINITY),
             1e3 * worst_s,
             later(WORST_S)
         ),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scram::sim::Drive;
+use simulation::Drive;
 
 /// Length of a run, s.
 pub const RUN_S: f64 = 6.0;
@@ -26,7 +26,8 @@ pub fn drive(kind: usize, top: f64) -> Drive {
         5 => "duty:-0.8".to_owned(),
         6 => "script: 0 duty 0.9; 1 duty 0.6; 2 duty -0.7; 3 duty -1; 4 duty 0.75; 5 coast".to_owned(),
         7 => "script: 0 oscillate -60..60; 2 oscillate -150..20; 4 oscillate -90..90".to_owned(),
-        8 => "script: 0 position 90; 1 position -60; 2 position 150; 3 position 20; 4 position -120; 5 position 45".to_owned(),
+        8 => "script: 0 position 90; 1 position -60; 2 position 150; 3 position 20; 4 position -120; 5 position 45"
+            .to_owned(),
         9 => format!("script: 0 freq {}; 1 coast; 2 freq -{}; 3 idle; 4 freq {}; 5 coast", f(0.85), f(0.85), f(0.7)),
         10 => format!("freq:{}", f(0.6)),
         _ => "script: 0 duty 1; 0.6 duty -1; 1.2 duty 1; 2.0 duty -0.65; 3 duty 0.65; 4 duty 1; 5 coast".to_owned(),

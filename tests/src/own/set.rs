@@ -4,12 +4,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use description::robot::{Robot, Sensor};
+use diagnose::{DiagnoseError, Diagnosis, Options, Verdict, diagnose};
 use effects::Id;
 use hal_sim::Settings;
 use rayon::prelude::*;
-use scram::diagnose::{DiagnoseError, Diagnosis, Options, Verdict, diagnose};
-use scram::recording::Recording;
-use scram::sim::{Drive, Order, Plan, recording, run};
+use recording::Recording;
+use simulation::{Drive, Order, Plan, recording, run};
 
 use super::drives::{KINDS, RUN_S, drive};
 
@@ -81,7 +81,8 @@ impl Outcome {
         let calibrated = if calibrated { ", calibrated" } else { "" };
         let said = match &self.said {
             Ok(said) => {
-                let names: Vec<String> = said.causes.iter().map(|one| format!("{} {:?}", one.effect, one.also)).collect();
+                let names: Vec<String> =
+                    said.causes.iter().map(|one| format!("{} {:?}", one.effect, one.also)).collect();
                 let floor = said.noise_floor;
                 format!(
                     "{} {} before {:.3} after {:.3} of {:.3}°",
@@ -95,7 +96,10 @@ impl Outcome {
             Err(error) => error.to_string(),
         };
         let mark = if self.right() { "ok  " } else { "MISS" };
-        format!("{mark} seed {seed} {robot}{calibrated} drives {first_kind}: {expected:?}: {said} ({:.1} s)", self.seconds)
+        format!(
+            "{mark} seed {seed} {robot}{calibrated} drives {first_kind}: {expected:?}: {said} ({:.1} s)",
+            self.seconds
+        )
     }
 }
 
@@ -139,10 +143,8 @@ pub fn examine(set: Set) -> Outcome {
         robot = calibrated(&robot, set.seed);
     }
     let top = description::design::ceiling(&robot) / std::f64::consts::TAU;
-    let runs: Vec<Recording> = (0..RUNS.0)
-        .into_par_iter()
-        .map(|i| simulate(&robot, set.seed, drive(set.first_kind + i * 5, top)))
-        .collect();
+    let runs: Vec<Recording> =
+        (0..RUNS.0).into_par_iter().map(|i| simulate(&robot, set.seed, drive(set.first_kind + i * 5, top))).collect();
     if let Expected::Missing(id) = set.expected {
         assert!(robot.effects.remove(id.name()), "{} does not list {}", set.robot, id.name());
     }
@@ -161,7 +163,7 @@ fn simulate(robot: &Robot, seed: u64, drive: Drive) -> Recording {
 /// The file with the correction that a calibration run of the specimen gives, as `scram identify potentiometer` does.
 fn calibrated(robot: &Robot, seed: u64) -> Robot {
     let run = simulate(robot, seed, Drive::constant(Order::Duty { duty: 0.95 }));
-    let fit = scram::identify::potentiometer(robot, &run).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+    let fit = diagnose::identify::potentiometer(robot, &run).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
     let mut robot = robot.clone();
     if let Sensor::Potentiometer(potentiometer) = &mut robot.sensor {
         potentiometer.correction = Some(fit.correction);

@@ -6,7 +6,7 @@ use description::design::design;
 use description::robot::Robot;
 use hal_sim::Fault;
 use scram::hil::{HilError, Qemu, Remote};
-use scram::sim::{Break, Order, Plan, Scheduled};
+use simulation::{Break, Order, Plan, Scheduled};
 
 use super::course::{Course, Disturbance, Outcome, Ran, run};
 use crate::figures::calibration::calibrate;

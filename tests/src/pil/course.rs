@@ -3,7 +3,7 @@
 use control::{Actuation, AdcCode, Command, Controller, Parameters, Refusal, Sample, Telemetry};
 use hal_sim::{Settings, SimulatedRobot};
 use scram::hil::{HilError, Qemu, Remote};
-use scram::sim::{Decide, Plan, closed_loop_with};
+use simulation::{Decide, Plan, closed_loop_with};
 
 use super::bits::{Compared, Difference};
 

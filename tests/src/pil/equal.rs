@@ -8,7 +8,7 @@ use hal_sim::Fault;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use scram::hil::{HilError, Qemu, Remote};
-use scram::sim::{Break, Drive, Plan, Scheduled};
+use simulation::{Break, Drive, Plan, Scheduled};
 
 use super::bits::Compared;
 use super::cost::Robots;

@@ -4,7 +4,7 @@ use control::Parameters;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use scram::hil::{HilError, Qemu, Remote};
-use scram::sim::{Drive, Order, Plan, Step};
+use simulation::{Drive, Order, Plan, Step};
 
 use super::bits::Compared;
 use super::cost::Robots;

@@ -1,0 +1,133 @@
+//! The noise floor: how much readings scatter about any smooth motion, whatever moves the shaft.
+//!
+//! A cubic is fitted to some 20 readings at a time of what a rollout leaves (measured minus simulated). Over 20 ms
+//! whatever the model lacks is smooth, so what the cubic leaves is the sensor's own scatter: noise, quantisation,
+//! jitter. The rollout only takes the known steps of the drive out of the motion; no number of it needs to be right.
+//! Readings far off the cubic are spikes and take no further part, before as after.
+
+use common::median;
+
+use super::rollout::{Rolled, residual};
+use super::track::Track;
+
+/// Readings a window has, about.
+const READINGS: usize = 20;
+/// Longest window, s.
+const LONGEST_S: f64 = 0.025;
+/// Fewest readings that a cubic leaves something of.
+const FEWEST: usize = 9;
+/// Coefficients of the cubic.
+const COEFFICIENTS: usize = 4;
+/// Beyond this many standard deviations a reading is a spike.
+const SPIKE: f64 = 6.0;
+
+/// What the windows of a track say.
+#[derive(Clone, Debug, Default)]
+pub struct Scatter {
+    /// Per window: sum of squares left by the cubic, and its degrees of freedom.
+    pub windows: Vec<(f64, f64)>,
+    /// Samples that are spikes.
+    pub spikes: Vec<usize>,
+}
+
+impl Scatter {
+    /// Mean square over windows, rad².
+    #[must_use]
+    pub fn mean_square(scatters: &[Self]) -> f64 {
+        let (sum, freedom) = scatters
+            .iter()
+            .flat_map(|scatter| &scatter.windows)
+            .fold((0.0, 0.0), |total, window| (total.0 + window.0, total.1 + window.1));
+        if freedom > 0.0 { sum / freedom } else { 0.0 }
+    }
+}
+
+/// Measures a track's scatter about its rollouts.
+#[must_use]
+pub fn scatter(track: &Track, rolled: &Rolled) -> Scatter {
+    let mut windows = Vec::new();
+    let mut place = 0;
+    for segment in &track.segments {
+        let mut window: Vec<(usize, f64, f64)> = Vec::new();
+        for k in segment.first..segment.last {
+            let left = residual(track, segment, k, rolled.readings[place]);
+            place += 1;
+            if track.weight[k] > 0.0 {
+                let t = track.t[k];
+                let full = window.len() >= READINGS
+                    || window.first().is_some_and(|first| t - first.1 > LONGEST_S && window.len() >= FEWEST + 3);
+                if full {
+                    windows.push(std::mem::take(&mut window));
+                }
+                window.push((k, t, left));
+            }
+        }
+        windows.push(window);
+    }
+    windows.retain(|window| window.len() >= FEWEST);
+    let mut usual: Vec<f64> = windows.iter().map(|window| middle_size(&cubic_leaves(window))).collect();
+    let usual = median(&mut usual).unwrap_or(0.0);
+    let mut scatter = Scatter::default();
+    for window in &windows {
+        clean(window, usual, &mut scatter);
+    }
+    scatter
+}
+
+/// Takes spikes out of one window, one after the other, and books what the rest leaves.
+fn clean(window: &[(usize, f64, f64)], usual: f64, scatter: &mut Scatter) {
+    let mut kept = window.to_vec();
+    let mut spikes = Vec::new();
+    while kept.len() >= FEWEST {
+        let left = cubic_leaves(&kept);
+        let scale = middle_size(&left).max(usual).max(1e-9);
+        let (worst, size) = left
+            .iter()
+            .enumerate()
+            .map(|(i, value)| (i, value.abs()))
+            .fold((0, 0.0), |best, one| if one.1 > best.1 { one } else { best });
+        if size <= SPIKE * scale || spikes.len() >= 3 {
+            let sum: f64 = left.iter().map(|value| value * value).sum();
+            // A window full of outliers is a kink in the motion, not a sensor's doing: it says nothing about the noise.
+            if size <= SPIKE * scale {
+                scatter.windows.push((sum, (left.len() - COEFFICIENTS) as f64));
+                scatter.spikes.append(&mut spikes);
+            }
+            return;
+        }
+        spikes.push(kept.remove(worst).0);
+    }
+}
+
+/// Standard deviation from the median size, corrected for the cubic's freedom.
+fn middle_size(left: &[f64]) -> f64 {
+    let n = left.len() as f64;
+    let mut sizes: Vec<f64> = left.iter().map(|value| value.abs()).collect();
+    1.4826 * median(&mut sizes).unwrap_or(0.0) * (n / (n - COEFFICIENTS as f64)).sqrt()
+}
+
+/// What a cubic in time leaves of a window, by orthogonal polynomials on its own sample times.
+fn cubic_leaves(window: &[(usize, f64, f64)]) -> Vec<f64> {
+    let n = window.len();
+    let (first, last) = (window[0].1, window[n - 1].1);
+    let scale = if last > first { 2.0 / (last - first) } else { 0.0 };
+    let times: Vec<f64> = window.iter().map(|point| (point.1 - first) * scale - 1.0).collect();
+    let mut left: Vec<f64> = window.iter().map(|point| point.2).collect();
+    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(COEFFICIENTS);
+    for power in 0..COEFFICIENTS {
+        let mut column: Vec<f64> = times.iter().map(|t| t.powi(power as i32)).collect();
+        for known in &basis {
+            let product: f64 = known.iter().zip(&column).map(|(a, b)| a * b).sum();
+            column.iter_mut().zip(known).for_each(|(value, known)| *value -= product * known);
+        }
+        let size = column.iter().map(|value| value * value).sum::<f64>().sqrt();
+        if size < 1e-9 {
+            continue;
+        }
+        column.iter_mut().for_each(|value| *value /= size);
+        let product: f64 = column.iter().zip(&left).map(|(a, b)| a * b).sum();
+        left.iter_mut().zip(&column).for_each(|(value, basis)| *value -= product * basis);
+        basis.push(column);
+    }
+    left
+}

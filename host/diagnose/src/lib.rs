@@ -1,0 +1,352 @@
+//! Diagnosis: what the simulation gets wrong about a measured robot, and the name of the cause; and [`identify`], parameters
+//! from recordings.
+//!
+//! Order of work: the numbers of the file's model are refitted first, so that a wrong number is not called a wrong
+//! model; each effect of the catalogue that the file lacks is then fitted jointly with them; all are judged by free
+//! rollouts of a fixed length on runs that no fit has seen.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use description::Robot;
+//! use description::edit::Document;
+//! use diagnose::{Options, diagnose};
+//! use simulation::{Drive, Order, Plan, Step, recording, run};
+//!
+//! let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/bench-linear.toml"));
+//! let robot = Robot::load(file)?;
+//! // The measured rig is another one: it has friction that the file does not know.
+//! let friction = "[effects.coulomb_friction]\n\
+//!     torque_nm = { value = 2e-4, low = 1e-4, high = 4e-4, source = \"example\" }\n\
+//!     presliding_deg = { value = 0.2, low = 0.05, high = 1.0, source = \"example\" }\n";
+//! let text = std::fs::read_to_string(file)? + friction;
+//! let rig = Document::parse(&text, &file.display().to_string())?.robot()?;
+//! let measured: Vec<_> = (1..=4)
+//!     .map(|seed| {
+//!         let duty = |k: u64| (((k * 7 + seed * 3) % 11) as f64 - 5.0) / 5.0;
+//!         let steps = (0..16).map(|k| Step { at_s: 0.25 * k as f64, order: Order::Duty { duty: duty(k) } }).collect();
+//!         let plan = Plan { drive: Drive { steps, end_s: None }, seconds: 4.0, faults: Vec::new() };
+//!         Ok(recording(&run(&rig, seed, &hal_sim::Settings::default(), &plan)?, &rig))
+//!     })
+//!     .collect::<Result<_, simulation::SimError>>()?;
+//! // The last two runs are held out: no fit sees them.
+//! let diagnosis = diagnose(&robot, &measured[..2], &measured[2..], &Options::default())?;
+//! assert_eq!(diagnosis.causes[0].effect, "coulomb_friction");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do:
+//!
+//! * It draws nothing and knows no terminal: reports and pictures are the crate `plot`'s.
+//! * It reads no files: the crate `recording` does. [`extend`] changes a robot file in memory only.
+//! * It does not choose the experiment: of runs that do not tell two causes apart it says so, and what would.
+
+mod blind_arc;
+mod bootstrap;
+mod current;
+mod extend;
+mod fit;
+mod floor;
+pub mod identify;
+mod judge;
+mod map;
+mod model;
+mod nominal;
+mod numbers;
+mod rollout;
+mod search;
+mod session;
+mod track;
+mod values;
+mod verdict;
+mod words;
+
+#[cfg(test)]
+mod measured;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use description::robot::Robot;
+use effects::Id;
+
+use judge::{Bench, Decision};
+use numbers::Number;
+use recording::Recording;
+use search::Tried;
+use session::Session;
+
+pub use extend::extend;
+pub use verdict::{
+    CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Misfit, MisfitBin, MisfitCurve,
+    RolloutError, RolloutTrace, RunUse, TraceSample, Verdict,
+};
+
+/// Is told what is being done (a word or two) and the share done, 0 … 1.
+pub type Progress = std::sync::Arc<dyn Fn(&str, f64) + Send + Sync>;
+
+/// How to diagnose.
+#[derive(Clone)]
+pub struct Options {
+    /// Seed of the bootstrap.
+    pub seed: u64,
+    /// Threads; 0 for as many as the machine has cores.
+    pub threads: usize,
+    /// Length of the free rollouts, s; `None` for 0.1 s, longer for a rig that is slow (twice its mechanical time
+    /// constant, where that is beyond 0.2 s) or slowly sampled (25 samples).
+    pub horizon_s: Option<f64>,
+    /// Told what is being done (a word or two) and the share done, 0 … 1.
+    pub progress: Option<Progress>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { seed: 1, threads: 0, horizon_s: None, progress: None }
+    }
+}
+
+/// Why there is no diagnosis.
+#[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
+pub enum DiagnoseError {
+    /// Nothing to fit on.
+    #[error("no recording to fit on")]
+    #[diagnostic(help("give at least two runs: one to fit on, one to hold out"))]
+    NothingToFit,
+    /// Nothing to judge by.
+    #[error("no recording is held out")]
+    #[diagnostic(help("give at least two runs, or name one with --holdout"))]
+    NothingHeldOut,
+    /// A recording that cannot be used.
+    #[error("{run}: {problem}")]
+    #[diagnostic(help("{help}"))]
+    Recording {
+        /// The run.
+        run: String,
+        /// What is wrong with it.
+        problem: String,
+        /// What to do.
+        help: String,
+    },
+    /// The robot file cannot describe these recordings.
+    #[error(
+        "the model of {robot} misses these recordings by {ratio:.0} times their noise, even with its numbers refitted: {detail}"
+    )]
+    #[diagnostic(help(
+        "is this the right robot file? Check also that angles are in radians and that duty and angle have the same sign"
+    ))]
+    WrongRig {
+        /// Name in the robot file.
+        robot: String,
+        /// Error over noise.
+        ratio: f64,
+        /// What gave it away.
+        detail: String,
+    },
+    /// A field of the robot file stands in the way.
+    #[error("{field}: {problem}")]
+    Robot {
+        /// Dotted path.
+        field: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+/// Beyond this many times the noise, and this far in rad, the refitted model is of another rig.
+const HOPELESS: (f64, f64) = (100.0, 0.35);
+/// The same where the fit drives two of R, K and J to five times or a fifth of what the file says.
+const IMPLAUSIBLE: f64 = 20.0;
+
+/// Compares a robot file with recordings and says what the model lacks.
+///
+/// # Errors
+/// When there is nothing to fit on or to judge by, when a recording is unusable, or when it is of another rig.
+pub fn diagnose(
+    robot: &Robot,
+    fit: &[Recording],
+    held_out: &[Recording],
+    options: &Options,
+) -> Result<Diagnosis, DiagnoseError> {
+    in_pool(options, || {
+        let tell = |what: &str, share: f64| {
+            if let Some(progress) = &options.progress {
+                progress(what, share);
+            }
+        };
+        tell("refitting the model's numbers", 0.0);
+        let (mut session, nominal) = open(robot, fit, held_out, options)?;
+        let effects = search::candidates(&session, robot);
+        let briefly = nominal.mean_square() <= session.noise * judge::NOTHING * judge::NOTHING;
+        let done = AtomicUsize::new(0);
+        let mut tried = search::singles(&session, &nominal, &effects, briefly, &|| {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            tell("fitting effects", 0.15 + 0.5 * done as f64 / effects.len() as f64);
+        });
+        refine_floor(&mut session, &tried);
+        let bootstrap = bootstrap::Bootstrap::new(nominal.judged.errors.len(), options.seed);
+        let mut decision =
+            Bench { noise: session.noise, nominal: &nominal, tried: &tried, bootstrap: &bootstrap }.decide();
+        if decision.verdict == Verdict::Unexplained {
+            tell("fitting pairs of effects", 0.7);
+            tried.extend(search::pairs(&session, &tried));
+            refine_floor(&mut session, &tried);
+            decision = Bench { noise: session.noise, nominal: &nominal, tried: &tried, bootstrap: &bootstrap }.decide();
+        }
+        tell("writing down", 0.97);
+        let bench = Bench { noise: session.noise, nominal: &nominal, tried: &tried, bootstrap: &bootstrap };
+        let diagnosis = write_down(robot, &session, &bench, &decision);
+        tell("done", 1.0);
+        Ok(diagnosis)
+    })
+}
+
+/// The noise floor and the refitted nominal model's held-out error, without looking for a cause.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn misfit(
+    robot: &Robot,
+    fit: &[Recording],
+    held_out: &[Recording],
+    options: &Options,
+) -> Result<Misfit, DiagnoseError> {
+    in_pool(options, || {
+        let (session, nominal) = open(robot, fit, held_out, options)?;
+        Ok(Misfit { noise_floor: session.noise.sqrt(), before: nominal.mean_square().sqrt() })
+    })
+}
+
+fn in_pool<T: Send>(options: &Options, work: impl FnOnce() -> T + Send) -> T {
+    match rayon::ThreadPoolBuilder::new().num_threads(options.threads).build() {
+        Ok(pool) => pool.install(work),
+        // No further threads to be had: the work is done on those there are.
+        Err(_) => work(),
+    }
+}
+
+/// Refits the nominal model and judges it; refuses another rig's recordings.
+fn open(
+    robot: &Robot,
+    fit: &[Recording],
+    held_out: &[Recording],
+    options: &Options,
+) -> Result<(Session, Tried), DiagnoseError> {
+    let (mut session, fit) = Session::open(robot, fit, held_out, options)?;
+    let judged = session.judge(&fit);
+    session.remember(&judged);
+    let nominal = Tried { effects: Vec::new(), fit, judged };
+    let error = nominal.mean_square().sqrt();
+    let ratio = error / session.noise.sqrt();
+    let at_bound = nominal.fit.free.iter().zip(&nominal.fit.coordinates).filter(|(free, at)| {
+        let motor = matches!(free.number, Number::Resistance | Number::TorqueConstant | Number::Inertia);
+        motor && (**at <= free.coordinate(free.low) + 1e-6 || **at >= free.coordinate(free.high) - 1e-6)
+    });
+    let implausible = ratio > IMPLAUSIBLE && at_bound.count() >= 2;
+    if !error.is_finite() || implausible || (ratio > HOPELESS.0 && error > HOPELESS.1) {
+        let detail = format!("{:.1}° after {:.2} s", error.to_degrees(), session.horizon_s);
+        return Err(DiagnoseError::WrongRig { robot: robot.name.clone(), ratio, detail });
+    }
+    Ok((session, nominal))
+}
+
+/// A better model leaves fewer kinks in what the floor is measured on: the floor is the least that any model shows.
+fn refine_floor(session: &mut Session, tried: &[Tried]) {
+    if let Some(best) = tried.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) {
+        session.noise = session.noise.min(session.scatter_about(&best.judged));
+    }
+}
+
+fn write_down(robot: &Robot, session: &Session, bench: &Bench, decision: &Decision) -> Diagnosis {
+    let named = decision.named.map(|index| &bench.tried[index]);
+    let after = named.unwrap_or(bench.nominal);
+    let extended = values::fitted(robot, &session.model, &after.fit);
+    let causes: Vec<Cause> = after
+        .effects
+        .iter()
+        .zip(&decision.also)
+        .map(|(effect, also)| Cause {
+            effect: effect.name().to_owned(),
+            also: also.iter().map(|effect| effect.name().to_owned()).chain(resembled(decision, *effect)).collect(),
+            parameters: values::of_effect(&extended, *effect),
+        })
+        .collect();
+    let (misfit_map, left_over) = map::misfit_map(session, bench.nominal, after);
+    let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
+    let mut class: Vec<Id> = decision.also.iter().flatten().copied().collect();
+    class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
+    let gain = named.map_or_else(Gain::default, |model| {
+        let [percent_of_excess_removed, low, high] = bench.gain(model);
+        Gain { percent_of_excess_removed, low, high }
+    });
+    let mut diagnosis = Diagnosis {
+        verdict: decision.verdict,
+        causes,
+        noise_floor: session.noise.sqrt(),
+        before: bench.nominal.mean_square().sqrt(),
+        after: after.mean_square().sqrt(),
+        gain,
+        next_experiment: words::next_experiment(&class, left_over.as_ref().map(|left| left.coordinate.as_str())),
+        left_over,
+        detail: Detail {
+            horizon_s: session.horizon_s,
+            held_out_rollouts: bench.nominal.judged.errors.len(),
+            fit_runs: session.fit.iter().map(|track| track.name.clone()).collect(),
+            held_out_runs: session.held_out.iter().map(|track| track.name.clone()).collect(),
+            nominal: values::fitted(robot, &session.model, &bench.nominal.fit),
+            extended,
+            candidates: candidates(robot, session, bench, named),
+            misfit_map,
+            traces: map::traces(session, bench.nominal, after),
+            rollout_errors: map::rollout_errors(bench.nominal, after),
+            runs: map::runs(session),
+            summary: Vec::new(),
+        },
+    };
+    diagnosis.detail.summary = words::summary(&diagnosis);
+    diagnosis
+}
+
+/// What the catalogue does not have but these data cannot rule out: an effect that does not reach the floor may be the better
+/// part of what it resembles.
+fn resembled(decision: &Decision, effect: Id) -> Vec<String> {
+    let unexplained = decision.verdict == Verdict::Unexplained;
+    let resembles = if unexplained { effect.spec().resembles } else { &[] };
+    resembles.iter().map(|&name| name.to_owned()).collect()
+}
+
+/// The evidence for every model that was tried, best first, the nominal one in front.
+fn candidates(robot: &Robot, session: &Session, bench: &Bench, named: Option<&Tried>) -> Vec<CandidateEvidence> {
+    let mut order: Vec<&Tried> = bench.tried.iter().collect();
+    order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    let is_named = |model: &Tried| named.is_some_and(|named| named.effects == model.effects);
+    let mut out = vec![CandidateEvidence {
+        effects: Vec::new(),
+        held_out_rmse: bench.nominal.mean_square().sqrt(),
+        ratio_to_floor: bench.ratio(bench.nominal),
+        improvement_percent: [0.0; 3],
+        parameters: Vec::new(),
+        speaks_for: Vec::new(),
+        speaks_against: Vec::new(),
+        named: false,
+    }];
+    out.extend(order.into_iter().map(|model| {
+        let (speaks_for, speaks_against) = words::evidence(bench, model, named);
+        let own: BTreeMap<&str, ()> = model.effects.iter().map(|effect| (effect.name(), ())).collect();
+        CandidateEvidence {
+            effects: model.effects.iter().map(|effect| effect.name().to_owned()).collect(),
+            held_out_rmse: model.mean_square().sqrt(),
+            ratio_to_floor: bench.ratio(model),
+            improvement_percent: bench.improvement(bench.nominal, model, 0.025).map(|share| 100.0 * share),
+            parameters: values::fitted(robot, &session.model, &model.fit)
+                .into_iter()
+                .filter(|one| one.path.split('.').nth(1).is_some_and(|table| own.contains_key(table)))
+                .collect(),
+            speaks_for,
+            speaks_against,
+            named: is_named(model),
+        }
+    }));
+    out
+}

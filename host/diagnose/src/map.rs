@@ -1,0 +1,226 @@
+//! Where the misfit lives: the held-out error against angle, speed, voltage and time, before and after.
+
+use super::rollout::residual;
+use super::search::Tried;
+use super::session::Session;
+use super::verdict::{LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample};
+use common::{quantile, wrap};
+
+/// Bins of a curve.
+const BINS: usize = 24;
+/// A bin with fewer samples is left out.
+const FEWEST: usize = 20;
+
+/// One held-out reading with what it is plotted against.
+struct Point {
+    coordinates: [f64; 5],
+    before: f64,
+    after: f64,
+}
+
+/// Names of the coordinates, in order of [`Point::coordinates`].
+const NAMES: [&str; 5] = ["angle_rad", "speed_rad_per_s", "voltage_v", "time_s", "time_in_rollout_s"];
+
+fn points(session: &Session, before: &Tried, after: &Tried) -> Vec<Point> {
+    let mut out = Vec::new();
+    for (index, track) in session.held_out.iter().enumerate() {
+        let (simulated_before, simulated_after) =
+            (&before.judged.rolled[index].readings, &after.judged.rolled[index].readings);
+        let volts = if track.drive_is_volts { 1.0 } else { session.model.rail_v };
+        let mut offset = 0;
+        for segment in &track.segments {
+            let length = segment.last - segment.first;
+            for i in 0..length {
+                let k = segment.first + i;
+                if track.weight[k] <= 0.0 {
+                    continue;
+                }
+                // Speed of the better model's rollout about this sample.
+                let (a, b) = (i.saturating_sub(2), (i + 2).min(length - 1));
+                let span = track.t[segment.first + b] - track.t[segment.first + a];
+                let speed = (simulated_after[offset + b] - simulated_after[offset + a]) / span.max(1e-9);
+                let driven = if track.enable[k] { track.drive[k] * volts } else { 0.0 };
+                out.push(Point {
+                    coordinates: [
+                        wrap(simulated_after[offset + i]),
+                        speed,
+                        driven,
+                        track.t[k] - track.t[0],
+                        track.t[k] - track.t[segment.first],
+                    ],
+                    before: residual(track, segment, k, simulated_before[offset + i]),
+                    after: residual(track, segment, k, simulated_after[offset + i]),
+                });
+            }
+            offset += length;
+        }
+    }
+    out
+}
+
+/// The curves, and where what is left after `after` is concentrated most.
+#[must_use]
+pub fn misfit_map(session: &Session, before: &Tried, after: &Tried) -> (Vec<MisfitCurve>, Option<LeftOver>) {
+    let points = points(session, before, after);
+    let curves: Vec<MisfitCurve> = (0..NAMES.len()).map(|axis| curve(&points, axis)).collect();
+    let left_over = curves
+        .iter()
+        .filter_map(|curve| concentration(curve, session.noise))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, left_over)| left_over);
+    (curves, left_over)
+}
+
+fn curve(points: &[Point], axis: usize) -> MisfitCurve {
+    let mut values: Vec<f64> = points.iter().map(|point| point.coordinates[axis]).collect();
+    let mut at = |share: f64| quantile(&mut values, share).unwrap_or(0.0);
+    // A few wild samples must not stretch the axis.
+    let (low, high) = (at(0.002), at(0.998));
+    let width = ((high - low) / BINS as f64).max(1e-12);
+    let mut sums = vec![(0usize, 0.0, 0.0, 0.0, 0.0); BINS];
+    for point in points {
+        let place = (point.coordinates[axis] - low) / width;
+        if (0.0..=BINS as f64).contains(&place) {
+            let sum = &mut sums[(place as usize).min(BINS - 1)];
+            sum.0 += 1;
+            sum.1 += point.before.powi(2);
+            sum.2 += point.after.powi(2);
+            sum.3 += point.before;
+            sum.4 += point.after;
+        }
+    }
+    let bins = sums
+        .iter()
+        .enumerate()
+        .filter(|(_, sum)| sum.0 >= FEWEST)
+        .map(|(i, &(samples, before, after, bias_before, bias_after))| {
+            let n = samples as f64;
+            MisfitBin {
+                from: low + width * i as f64,
+                to: low + width * (i + 1) as f64,
+                samples,
+                before: (before / n).sqrt(),
+                after: (after / n).sqrt(),
+                bias_before: bias_before / n,
+                bias_after: bias_after / n,
+            }
+        })
+        .collect();
+    MisfitCurve { coordinate: NAMES[axis].to_owned(), bins }
+}
+
+/// The range of a curve that holds more of the excess than its samples would, and by how much.
+fn concentration(curve: &MisfitCurve, noise: f64) -> Option<(f64, LeftOver)> {
+    // Within a rollout the error always grows: that says nothing about the cause.
+    if curve.coordinate == "time_in_rollout_s" {
+        return None;
+    }
+    let excess: Vec<f64> =
+        curve.bins.iter().map(|bin| (bin.after.powi(2) - noise).max(0.0) * bin.samples as f64).collect();
+    let (total, samples) = (excess.iter().sum::<f64>(), curve.bins.iter().map(|bin| bin.samples).sum::<usize>() as f64);
+    if total <= 0.0 {
+        return None;
+    }
+    let mut best: Option<(f64, LeftOver)> = None;
+    for first in 0..curve.bins.len() {
+        let (mut part, mut count) = (0.0, 0.0);
+        for (last, bin) in curve.bins.iter().enumerate().skip(first) {
+            part += excess[last];
+            count += bin.samples as f64;
+            let (share, expected) = (part / total, count / samples);
+            // Information about where the excess lies (Kullback-Leibler, in or out of the range).
+            let out = if share < 1.0 { (1.0 - share) * ((1.0 - share) / (1.0 - expected).max(1e-9)).ln() } else { 0.0 };
+            let gained = share * (share / expected).ln() + out;
+            if share > expected && best.as_ref().is_none_or(|best| gained > best.0) {
+                best = Some((
+                    gained,
+                    LeftOver { coordinate: curve.coordinate.clone(), from: curve.bins[first].from, to: bin.to, share },
+                ));
+            }
+        }
+    }
+    best
+}
+
+/// RMS error of every held-out rollout before and after.
+#[must_use]
+pub fn rollout_errors(before: &Tried, after: &Tried) -> Vec<RolloutError> {
+    let rms = |&(sum, freedom): &(f64, f64)| (sum / freedom).sqrt();
+    let pairs = before.judged.errors.iter().zip(&after.judged.errors);
+    pairs.map(|(before, after)| RolloutError { before: rms(before), after: rms(after) }).collect()
+}
+
+/// What of each run was used.
+#[must_use]
+pub fn runs(session: &Session) -> Vec<RunUse> {
+    let all = session.fit.iter().map(|track| (track, false)).chain(session.held_out.iter().map(|track| (track, true)));
+    all.map(|(track, held_out)| {
+        let missing = track.angle.iter().filter(|angle| !angle.is_finite()).count();
+        let counts = |range: std::ops::Range<usize>| range.filter(|&k| track.weight[k] > 0.0).count();
+        RunUse {
+            name: track.name.clone(),
+            held_out,
+            seconds: track.t.last().map_or(0.0, |last| last - track.t[0]),
+            samples: track.t.len(),
+            used: track.segments.iter().map(|segment| counts(segment.first..segment.last)).sum(),
+            missing,
+            spikes: track.t.len() - missing - counts(0..track.t.len()),
+            rollouts: track.segments.len(),
+        }
+    })
+    .collect()
+}
+
+/// Held-out rollouts to look at: the one that was worst before, the worst after, and a typical one.
+#[must_use]
+pub fn traces(session: &Session, before: &Tried, after: &Tried) -> Vec<RolloutTrace> {
+    let places: Vec<(usize, usize)> = session
+        .held_out
+        .iter()
+        .enumerate()
+        .flat_map(|(track, it)| (0..it.segments.len()).map(move |segment| (track, segment)))
+        .collect();
+    let per = |tried: &Tried| -> Vec<f64> { tried.judged.errors.iter().map(|(sum, freedom)| sum / freedom).collect() };
+    let (sizes_before, sizes_after) = (per(before), per(after));
+    let ranked = |sizes: &[f64]| {
+        let mut order: Vec<usize> = (0..sizes.len()).collect();
+        order.sort_by(|&a, &b| sizes[b].total_cmp(&sizes[a]));
+        order
+    };
+    let (by_before, by_after) = (ranked(&sizes_before), ranked(&sizes_after));
+    let wanted = [
+        (by_before.first(), "worst before"),
+        (by_before.get(by_before.len() / 2), "typical"),
+        (by_after.first(), "worst after"),
+    ];
+    wanted
+        .into_iter()
+        .filter_map(|(place, why)| place.map(|&place| (places[place], why)))
+        .map(|((track, segment), why)| trace(session, before, after, track, segment, why))
+        .collect()
+}
+
+/// A rollout with two on either side of it.
+fn trace(session: &Session, before: &Tried, after: &Tried, index: usize, centre: usize, why: &str) -> RolloutTrace {
+    let track = &session.held_out[index];
+    let (first, last) = (centre.saturating_sub(2), (centre + 2).min(track.segments.len() - 1));
+    let mut offset: usize = track.segments[..first].iter().map(|segment| segment.last - segment.first).sum();
+    let mut samples = Vec::new();
+    for segment in &track.segments[first..=last] {
+        for k in segment.first..segment.last {
+            let simulated = before.judged.rolled[index].readings[offset];
+            let measured = track.angle[k];
+            // All three on the turn of the rollout before.
+            let turn = |angle: f64| if segment.whole { angle } else { simulated + wrap(angle - simulated) };
+            samples.push(TraceSample {
+                t_s: track.t[k],
+                starts: k == segment.first,
+                measured: (track.weight[k] > 0.0).then(|| turn(measured)),
+                before: simulated,
+                after: turn(after.judged.rolled[index].readings[offset]),
+            });
+            offset += 1;
+        }
+    }
+    RolloutTrace { run: track.name.clone(), why: why.to_owned(), samples }
+}

@@ -1,0 +1,63 @@
+//! On recordings of a real geared motor: a Dynamixel XL330 swinging a pendulum (Rhoban), position gains left out in turn.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use description::Robot;
+
+use super::*;
+
+const TRAJECTORIES: [&str; 4] = ["lift_and_drop", "sin_sin", "sin_time_square", "up_and_down"];
+const GAINS: [u32; 4] = [100, 200, 400, 800];
+
+/// The data, or `None` (said aloud) where they are missing.
+fn data() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/xl330_csv");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    // Straight to stderr: `eprintln!` is swallowed in a test that passes.
+    let _ = writeln!(std::io::stderr(), "skipped: {} is missing", folder.display());
+    None
+}
+
+/// Every run whose position gain is wanted.
+fn runs(folder: &Path, wanted: impl Fn(u32) -> bool) -> Vec<Recording> {
+    GAINS
+        .into_iter()
+        .filter(|gain| wanted(*gain))
+        .flat_map(|gain| TRAJECTORIES.map(|name| folder.join(format!("{name}_kp{gain}.csv"))))
+        .map(|path| recording::read_csv(&path).unwrap())
+        .collect()
+}
+
+#[test]
+fn load_friction_is_named_on_the_xl330() {
+    let Some(folder) = data() else { return };
+    let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-xl330.toml")).unwrap();
+    for left_out in GAINS {
+        let (fit, held_out) = (runs(&folder, |gain| gain != left_out), runs(&folder, |gain| gain == left_out));
+        let clock = std::time::Instant::now();
+        let diagnosis = diagnose(&robot, &fit, &held_out, &Options::default()).unwrap();
+        eprintln!(
+            "gain {left_out} held out: {:?} {:?}, floor {:.3}°, before {:.3}°, after {:.3}°, {:.1?}",
+            diagnosis.verdict,
+            diagnosis.causes.iter().map(|cause| (&cause.effect, &cause.also)).collect::<Vec<_>>(),
+            diagnosis.noise_floor.to_degrees(),
+            diagnosis.before.to_degrees(),
+            diagnosis.after.to_degrees(),
+            clock.elapsed()
+        );
+        for one in &diagnosis.detail.nominal {
+            eprintln!("    {} {:.5} [{:.5} {:.5}]", one.path, one.value, one.low, one.high);
+        }
+        for one in diagnosis.detail.candidates.iter().take(10) {
+            eprintln!("    {:?} {:.2} {:.0?}", one.effects, one.ratio_to_floor, one.improvement_percent);
+        }
+        let [cause] = diagnosis.causes.as_slice() else { panic!("one cause, not {:?}", diagnosis.causes) };
+        assert_eq!((cause.effect.as_str(), cause.also.len()), ("load_friction", 0));
+        assert_eq!(diagnosis.verdict, Verdict::Unexplained, "something is left, and is said to be");
+        assert!(diagnosis.left_over.is_some());
+        assert!(diagnosis.after < 0.85 * diagnosis.before, "removes at least 15 %");
+    }
+}

@@ -1,0 +1,309 @@
+//! One diagnosis at work: the runs made ready, the noise floor, and fits and judgements of models on them.
+
+use description::robot::Robot;
+use effects::Id;
+
+use super::blind_arc;
+use super::current::{self, current_noise};
+use super::fit::{self, Data, Fit};
+use super::floor::{self, Scatter};
+use super::nominal::FileModel;
+use super::rollout::{self, Rolled, Starts};
+use super::track::{Cut, Segment, Track};
+use super::{DiagnoseError, Options};
+use recording::Recording;
+
+/// Rollouts are never shorter than this many samples.
+const FEWEST_SAMPLES: f64 = 25.0;
+/// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
+const MOST_ROLLOUTS: usize = 1500;
+/// A noise estimate below this is no noise but a recording of a simulation; the floor stays above it, rad.
+const LEAST_NOISE: f64 = 1e-6;
+
+/// Runs, model and floor.
+pub struct Session {
+    /// The file's model.
+    pub model: FileModel,
+    /// Runs to fit on.
+    pub fit: Vec<Track>,
+    /// Runs to judge by.
+    pub held_out: Vec<Track>,
+    /// Length of a rollout, s.
+    pub horizon_s: f64,
+    /// Mean square of the held-out readings' noise, rad².
+    pub noise: f64,
+    /// The same of the fit runs, rad².
+    pub fit_noise: f64,
+    /// Noise of the current reading, A.
+    sigma_current: Option<f64>,
+    /// First guesses of the held-out starts.
+    guesses: Vec<Starts>,
+    fit_guess: Starts,
+    /// A third of the fit rollouts, in blocks, for a first look.
+    coarse: Vec<Track>,
+    /// Which segments those are.
+    coarse_segments: Vec<Vec<usize>>,
+}
+
+/// Rollouts of a block of the coarse set, and how many blocks there are to each that is taken.
+const COARSE: (usize, usize) = (15, 3);
+
+/// How a model does on the held-out runs.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// Rollouts by track.
+    pub rolled: Vec<Rolled>,
+    /// Squared error and degrees of freedom of each rollout, all tracks end to end.
+    pub errors: Vec<(f64, f64)>,
+    /// The starts.
+    pub starts: Starts,
+}
+
+impl Judged {
+    /// Mean square error, rad².
+    #[must_use]
+    pub fn mean_square(&self) -> f64 {
+        let (sum, freedom) = self.errors.iter().fold((0.0, 0.0), |total, one| (total.0 + one.0, total.1 + one.1));
+        sum / freedom.max(1.0)
+    }
+}
+
+impl Session {
+    /// Makes runs ready, refits the file's own numbers, and measures the floor.
+    pub fn open(
+        robot: &Robot,
+        fit: &[Recording],
+        held_out: &[Recording],
+        options: &Options,
+    ) -> Result<(Self, Fit), DiagnoseError> {
+        if fit.is_empty() {
+            return Err(DiagnoseError::NothingToFit);
+        }
+        if held_out.is_empty() {
+            return Err(DiagnoseError::NothingHeldOut);
+        }
+        let tracks = |recordings: &[Recording], from: usize| {
+            let made: Result<Vec<Track>, _> =
+                recordings.iter().enumerate().map(|(i, one)| Track::new(robot, one, from + i)).collect();
+            made
+        };
+        let mut session = Self {
+            model: FileModel::new(robot),
+            fit: tracks(fit, 0)?,
+            held_out: tracks(held_out, fit.len())?,
+            horizon_s: 0.0,
+            noise: 0.0,
+            fit_noise: 0.0,
+            sigma_current: None,
+            guesses: Vec::new(),
+            fit_guess: Vec::new(),
+            coarse: Vec::new(),
+            coarse_segments: Vec::new(),
+        };
+        session.cut(options)?;
+        if let Some(half_width) = blind_arc::half_width(robot) {
+            session.drop_blind(half_width);
+            session.cut(options)?;
+        }
+        session.sigma_current = current_noise(&session.fit);
+        let nominal = session.settle();
+        session.thin();
+        Ok((session, nominal))
+    }
+
+    /// Drops what the sensor shows in its blind arc, by the file's own model.
+    fn drop_blind(&mut self, half_width: f64) {
+        let plant = self.model.plant(&[], &[], &[]);
+        for (tracks, guess) in [(&mut self.fit, &self.fit_guess), (&mut self.held_out, &self.guesses[0])] {
+            let mut starts = guess.clone();
+            let _ = rollout::refine_all(&plant, tracks, &mut starts, &[], 2);
+            for (track, starts) in tracks.iter_mut().zip(&starts) {
+                blind_arc::drop_blind(track, &plant, starts, half_width);
+            }
+        }
+    }
+
+    fn cut(&mut self, options: &Options) -> Result<(), DiagnoseError> {
+        let all = || self.fit.iter().chain(&self.held_out);
+        let usual = all().map(Track::usual_step).fold(0.0, f64::max);
+        self.horizon_s = options.horizon_s.unwrap_or_else(|| self.usual_horizon(usual));
+        for tracks in [&mut self.fit, &mut self.held_out] {
+            let most_segments = (MOST_ROLLOUTS / tracks.len()).max(10);
+            for track in tracks.iter_mut() {
+                track.cut(Cut { horizon_s: self.horizon_s, most_segments });
+            }
+            if tracks.iter().map(|track| track.segments.len()).sum::<usize>() < 5 {
+                return Err(DiagnoseError::Recording {
+                    run: tracks[0].name.clone(),
+                    problem: format!("no five rollouts of {:.2} s with enough angle readings", self.horizon_s),
+                    help: "record longer runs; the angle must be there most of the time".to_owned(),
+                });
+            }
+        }
+        let window = self.horizon_s * 0.25;
+        let guess = |tracks: &[Track], window| tracks.iter().map(|track| rollout::guess(track, window)).collect();
+        self.fit_guess = guess(&self.fit, window);
+        self.guesses = vec![guess(&self.held_out, window), guess(&self.held_out, self.horizon_s)];
+        Ok(())
+    }
+
+    /// 0.1 s; longer for a rig that is slow (twice its mechanical time constant) or slowly sampled.
+    fn usual_horizon(&self, sample_s: f64) -> f64 {
+        let twice = 2.0 * self.model.time_constant_s;
+        let slow = if twice > 0.2 { (twice * 10.0).round().min(10.0) / 10.0 } else { 0.1 };
+        slow.max(FEWEST_SAMPLES * sample_s)
+    }
+
+    /// Refits the file's numbers and measures the noise about the outcome, in turns: neither needs the other to be good.
+    fn settle(&mut self) -> Fit {
+        let mut fit = Fit::begin(&self.model, &[], 0, self.fit_guess.clone());
+        let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
+        self.fit_noise = self.measure(&fit, true);
+        fit = fit::fit(&self.model, &self.data(), fit, 6, 1e-3);
+        self.fit_noise = self.measure(&fit, true);
+        self.trust_current(&fit);
+        fit = fit::fit(&self.model, &self.data(), fit, 25, 1e-5);
+        let starts = self.guesses[0].clone();
+        self.guesses.push(starts);
+        self.noise = self.measure(&fit, false);
+        fit
+    }
+
+    /// The current is trusted as far as the refitted model agrees with it, and a third of that: what is wrong with it
+    /// is not new in every sample, and it is only there to set the scale of the torques.
+    fn trust_current(&mut self, fit: &Fit) {
+        let Some(noise) = self.sigma_current else { return };
+        let plant = fit.plant(&self.model);
+        let mut sizes: Vec<f64> = Vec::new();
+        for (track, starts) in self.fit.iter().zip(&fit.starts).filter(|(track, _)| !track.current.is_empty()) {
+            let rolled = rollout::roll(&plant, track, starts, None, true);
+            sizes.extend(current::current_residuals(track, &rolled).map(|(_, left)| left.abs()));
+        }
+        self.sigma_current = Some(3.0 * noise.max(1.4826 * common::median(&mut sizes).unwrap_or(0.0)));
+    }
+
+    /// Measures the noise about a fit's rollouts, and marks spikes. `fitted`: on the fit runs, else on the held-out ones.
+    pub fn measure(&mut self, fit: &Fit, fitted: bool) -> f64 {
+        let plant = fit.plant(&self.model);
+        let (tracks, mut starts) =
+            if fitted { (&mut self.fit, fit.starts.clone()) } else { (&mut self.held_out, self.guesses[0].clone()) };
+        for track in tracks.iter_mut() {
+            for (weight, angle) in track.weight.iter_mut().zip(&track.angle) {
+                *weight = f64::from(angle.is_finite());
+            }
+        }
+        let rolled = rollout::refine_all(&plant, tracks, &mut starts, &[], if fitted { 1 } else { 3 });
+        let scatters: Vec<Scatter> =
+            tracks.iter().zip(&rolled).map(|(track, rolled)| floor::scatter(track, &rolled.0)).collect();
+        for (track, scatter) in tracks.iter_mut().zip(&scatters) {
+            for &spike in &scatter.spikes {
+                track.weight[spike] = 0.0;
+            }
+        }
+        Scatter::mean_square(&scatters).max(LEAST_NOISE * LEAST_NOISE)
+    }
+
+    /// What fits are made to.
+    #[must_use]
+    pub fn data(&self) -> Data<'_> {
+        Data { tracks: &self.fit, sigma: self.fit_noise.sqrt(), sigma_current: self.sigma_current }
+    }
+
+    /// Sets a third of the fit rollouts apart.
+    fn thin(&mut self) {
+        let (block, stride) = COARSE;
+        for (index, track) in self.fit.iter().enumerate() {
+            // Blocks are staggered from run to run, so that the same part of each run is not always missing.
+            let taken: Vec<usize> = (0..track.segments.len()).filter(|i| (i / block + index) % stride == 0).collect();
+            let mut thinned = track.clone();
+            thinned.segments = taken
+                .iter()
+                .map(|&i| {
+                    let follows = i > 0 && taken.binary_search(&(i - 1)).is_ok();
+                    Segment { linked: track.segments[i].linked && follows, ..track.segments[i] }
+                })
+                .collect();
+            self.coarse.push(thinned);
+            self.coarse_segments.push(taken);
+        }
+    }
+
+    /// A first look at the file's model with further effects: a few rounds on a third of the rollouts, beginning where
+    /// another fit ended. The starts of the outcome are those of `from`.
+    #[must_use]
+    pub fn look(&self, effects: &[Id], start: usize, from: &Fit, rounds: usize) -> Fit {
+        let starts = self
+            .coarse_segments
+            .iter()
+            .zip(&from.starts)
+            .map(|(taken, starts)| taken.iter().map(|&i| starts[i]).collect())
+            .collect();
+        let mut fit = Fit::begin(&self.model, effects, start, starts);
+        fit.take_over(from);
+        let data = Data { tracks: &self.coarse, ..self.data() };
+        fit = fit::fit(&self.model, &data, fit, rounds, 1e-3);
+        fit.starts.clone_from(&from.starts);
+        fit
+    }
+
+    /// Fits the file's model with further effects to all rollouts, with the numbers that it shares with another fit from
+    /// there.
+    #[must_use]
+    pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
+        let mut fit = Fit::begin(&self.model, effects, 0, from.starts.clone());
+        fit.take_over(from);
+        self.finish(fit, rounds, tolerance)
+    }
+
+    /// Fits to all rollouts, beginning at a fit's numbers.
+    #[must_use]
+    pub fn finish(&self, mut fit: Fit, rounds: usize, tolerance: f64) -> Fit {
+        let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
+        fit::fit(&self.model, &self.data(), fit, rounds, tolerance)
+    }
+
+    /// Readings that the coarse set has, about: the cost that noise alone would leave there.
+    #[must_use]
+    pub fn coarse_readings(&self) -> f64 {
+        let readings = |track: &Track| -> f64 {
+            track.segments.iter().map(|one| track.weight[one.first..one.last].iter().sum::<f64>() - 2.0).sum()
+        };
+        self.coarse.iter().map(readings).sum::<f64>().max(1.0)
+    }
+
+    /// Judges a model by free rollouts on the held-out runs. The start (angle and speed) of each rollout is fitted to
+    /// the readings of that rollout, from several first guesses; two degrees of freedom are booked for it.
+    #[must_use]
+    pub fn judge(&self, fit: &Fit) -> Judged {
+        let plant = fit.plant(&self.model);
+        let mut starts = self.guesses[0].clone();
+        let judged = rollout::refine_all(&plant, &self.held_out, &mut starts, &self.guesses[1..], 6);
+        let mut errors = Vec::new();
+        let mut rolled = Vec::new();
+        for (track, (rollouts, sums)) in self.held_out.iter().zip(judged) {
+            for (segment, sum) in track.segments.iter().zip(sums) {
+                let readings: f64 = track.weight[segment.first..segment.last].iter().sum();
+                errors.push((sum, (readings - 2.0).max(1.0)));
+            }
+            rolled.push(rollouts);
+        }
+        Judged { rolled, errors, starts }
+    }
+
+    /// Mean square noise about a judged model's rollouts, rad².
+    #[must_use]
+    pub fn scatter_about(&self, judged: &Judged) -> f64 {
+        let scatters: Vec<Scatter> =
+            self.held_out.iter().zip(&judged.rolled).map(|(track, rolled)| floor::scatter(track, rolled)).collect();
+        Scatter::mean_square(&scatters).max(LEAST_NOISE * LEAST_NOISE)
+    }
+
+    /// Keeps the starts of a judgement as a first guess for the next.
+    pub fn remember(&mut self, judged: &Judged) {
+        if self.guesses.len() < 3 {
+            self.guesses.push(judged.starts.clone());
+        } else {
+            self.guesses[2] = judged.starts.clone();
+        }
+    }
+}

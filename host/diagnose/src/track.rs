@@ -1,0 +1,290 @@
+//! A recording made ready for rollouts: angles on one scale, inputs integrated, the run cut into segments.
+
+use common::{quantile, wrap};
+use description::angle_code::{AdcCurve, Track as Element, angle_scale, corrected_angle};
+use description::robot::{Potentiometer, Robot, Sensor};
+use hal_sim::driver::Driver;
+
+use super::DiagnoseError;
+use super::blind_arc::drop_jumps;
+use recording::{AngleReading, Drive, Recording};
+
+/// A rollout needs at least this many readings.
+const FEWEST_READINGS: usize = 10;
+/// A step in time this many times the usual one ends a segment.
+const GAP: f64 = 4.0;
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// For messages and plots.
+    pub name: String,
+    /// Seconds.
+    pub t: Vec<f64>,
+    /// Angle read, rad, unwrapped where readings follow each other; NaN where there is none.
+    pub angle: Vec<f64>,
+    /// Weight of each reading in fits and judgements: 0 where missing or a spike, else 1.
+    pub weight: Vec<f64>,
+    /// What the bridge's switches do from this sample to the next: duty; or V where `drive_is_volts`.
+    pub drive: Vec<f64>,
+    /// Largest size of `drive`.
+    pub drive_scale: f64,
+    /// `drive` is a voltage: measured at the terminals, or duty times the measured supply.
+    pub drive_is_volts: bool,
+    /// The bridge's drop, deadband and sag lie before the point where the voltage was measured.
+    pub terminals_measured: bool,
+    /// Integral of `drive` up to each sample.
+    pub drive_integral: Vec<f64>,
+    /// Whether the bridge drives from this sample to the next.
+    pub enable: Vec<bool>,
+    /// Current, A, NaN where missing; empty without a column.
+    pub current: Vec<f64>,
+    /// Rollouts.
+    pub segments: Vec<Segment>,
+}
+
+/// One rollout: samples `first..last` of a track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// First sample.
+    pub first: usize,
+    /// One past the last sample.
+    pub last: usize,
+    /// It follows the segment before it without a gap, so what no sensor sees (bristle, battery) carries over.
+    pub linked: bool,
+    /// No reading is missing in between, so the turns are counted right.
+    pub whole: bool,
+}
+
+/// How to cut runs.
+#[derive(Clone, Copy, Debug)]
+pub struct Cut {
+    /// Length of a segment, s.
+    pub horizon_s: f64,
+    /// At most this many segments a run, evenly spread in blocks.
+    pub most_segments: usize,
+}
+
+impl Track {
+    /// Checks a recording and makes it ready; `index` names a run without a path.
+    pub fn new(robot: &Robot, recording: &Recording, index: usize) -> Result<Self, DiagnoseError> {
+        let name = recording
+            .path
+            .file_stem()
+            .map_or_else(|| format!("run {}", index + 1), |stem| stem.to_string_lossy().into_owned());
+        let bad = |problem: String, help: &str| DiagnoseError::Recording {
+            run: name.clone(),
+            problem,
+            help: help.to_owned(),
+        };
+        let n = recording.len();
+        if n < 2 * FEWEST_READINGS {
+            return Err(bad(format!("only {n} samples"), "a run needs at least a few rollouts of 0.1 s"));
+        }
+        if let Some(i) = (1..n).find(|&i| !recording.t_s[i].is_finite() || recording.t_s[i] <= recording.t_s[i - 1]) {
+            return Err(bad(
+                format!("t_s does not increase at sample {i}"),
+                "t_s is in seconds and strictly increasing",
+            ));
+        }
+        let (command, terminals_measured) = match &recording.drive {
+            Drive::Duty(duty) => (duty, false),
+            Drive::Voltage(voltage) => (voltage, true),
+        };
+        let mut angle =
+            readings(robot, &recording.angle).map_err(|problem| bad(problem, "use the robot file of this rig"))?;
+        if matches!(recording.angle, AngleReading::Adc(_)) && angle.len() == n {
+            drop_jumps(&mut angle, &recording.t_s, no_load_speed(robot));
+        }
+        let with_supply = !terminals_measured && recording.supply_v.len() == n;
+        let lengths = [command.len(), angle.len(), recording.enable.len()];
+        if lengths.iter().any(|&length| length != n) {
+            return Err(bad(
+                format!("columns of unequal length: t_s {n}, others {lengths:?}"),
+                "every column has a cell a row",
+            ));
+        }
+        if let Some(i) = command.iter().position(|value| !value.is_finite()) {
+            return Err(bad(format!("drive is not finite at sample {i}"), "duty is −1 … 1, voltage_v in volts"));
+        }
+        if !terminals_measured && command.iter().any(|duty| duty.abs() > 1.0 + 1e-6) {
+            return Err(bad("duty beyond −1 … 1".into(), "name the column voltage_v if these are volts"));
+        }
+        let driver = Driver::new(robot);
+        let drive: Vec<f64> = if terminals_measured {
+            command.clone()
+        } else {
+            let switched = command.iter().map(|duty| driver.switched(*duty));
+            let supply = recording.supply_v.iter().copied().filter(|_| with_supply).chain(std::iter::repeat(1.0));
+            switched.zip(supply).map(|(duty, supply)| duty * supply).collect()
+        };
+        let mut drive_integral = vec![0.0; n];
+        for i in 1..n {
+            drive_integral[i] = drive_integral[i - 1] + drive[i - 1] * (recording.t_s[i] - recording.t_s[i - 1]);
+        }
+        let current: Vec<f64> = recording.current_a.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect();
+        let mut track = Self {
+            t: recording.t_s.clone(),
+            weight: angle.iter().map(|reading| f64::from(reading.is_some())).collect(),
+            angle: unwrapped(&angle),
+            drive_scale: drive.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
+            drive,
+            drive_is_volts: terminals_measured || with_supply,
+            terminals_measured,
+            drive_integral,
+            enable: recording.enable.clone(),
+            current: if current.len() == n { current } else { Vec::new() },
+            segments: Vec::new(),
+            name,
+        };
+        track.check_angles(robot)?;
+        track.cut(Cut { horizon_s: 0.1, most_segments: usize::MAX });
+        Ok(track)
+    }
+
+    /// Usual time between samples, s.
+    #[must_use]
+    pub fn usual_step(&self) -> f64 {
+        let mut steps: Vec<f64> = self.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let middle = steps.len() / 2;
+        *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
+    /// Cuts the run into segments.
+    pub fn cut(&mut self, cut: Cut) {
+        let usual = self.usual_step();
+        let mut segments = Vec::new();
+        let mut first = 0;
+        let mut contiguous = false;
+        while first < self.t.len() {
+            let mut last = first + 1;
+            while last < self.t.len()
+                && self.t[last] - self.t[first] < cut.horizon_s - 0.5 * usual
+                && self.t[last] - self.t[last - 1] < GAP * usual
+            {
+                last += 1;
+            }
+            let readings = self.weight[first..last].iter().filter(|&&weight| weight > 0.0).count();
+            let long_enough = self.t[last - 1] - self.t[first] > 0.7 * cut.horizon_s;
+            if long_enough && readings >= FEWEST_READINGS.max((last - first) / 4) {
+                segments.push(Segment { first, last, linked: contiguous, whole: readings == last - first });
+                contiguous = true;
+            } else {
+                contiguous = false;
+            }
+            if last < self.t.len() && self.t[last] - self.t[last - 1] >= GAP * usual {
+                contiguous = false;
+            }
+            first = last;
+        }
+        if segments.len() > cut.most_segments {
+            const BLOCK: usize = 10;
+            let stride = segments.len().div_ceil(cut.most_segments);
+            segments = segments
+                .chunks(BLOCK)
+                .step_by(stride)
+                .flat_map(|block| {
+                    let mut block = block.to_vec();
+                    block[0].linked = false;
+                    block
+                })
+                .collect();
+        }
+        self.segments = segments;
+    }
+
+    /// Angles in degrees, or a shaft faster than the motor can turn: another unit or another rig.
+    fn check_angles(&self, robot: &Robot) -> Result<(), DiagnoseError> {
+        let bad = |problem: String, help: &str| {
+            Err(DiagnoseError::Recording { run: self.name.clone(), problem, help: help.to_owned() })
+        };
+        let readings = self.weight.iter().filter(|&&weight| weight > 0.0).count();
+        if readings < 2 * FEWEST_READINGS {
+            return bad(format!("only {readings} angle readings"), "angle_rad (or adc) must not be empty");
+        }
+        let no_load = no_load_speed(robot);
+        let speeds: Vec<f64> = (0..self.t.len().saturating_sub(20))
+            .step_by(10)
+            .map(|i| (self.angle[i + 20] - self.angle[i]).abs() / (self.t[i + 20] - self.t[i]))
+            .filter(|speed| speed.is_finite())
+            .collect();
+        let mut speeds = speeds;
+        let fast = quantile(&mut speeds, 0.95).unwrap_or(0.0);
+        if fast > 4.0 * no_load {
+            return bad(
+                format!("the shaft turns at {fast:.0} rad/s, this motor without load at {no_load:.0} rad/s"),
+                "angle_rad is in radians and t_s in seconds; is this the right robot file?",
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The motor's speed without load, rad/s.
+fn no_load_speed(robot: &Robot) -> f64 {
+    robot.supply.rail_v.value / robot.motor.torque_constant_nm_per_a.value
+}
+
+/// Angles, rad, from the reading column.
+fn readings(robot: &Robot, column: &AngleReading) -> Result<Vec<Option<f64>>, String> {
+    match column {
+        AngleReading::Angle(cells) => {
+            if cells.iter().flatten().any(|angle| !angle.is_finite()) {
+                return Err("angle_rad is not finite".into());
+            }
+            Ok(cells.clone())
+        }
+        AngleReading::Adc(cells) => match &robot.sensor {
+            Sensor::Potentiometer(sensor) => {
+                Ok(cells.iter().map(|cell| cell.and_then(|code| angle_of_code(sensor, code))).collect())
+            }
+            sensor @ (Sensor::Encoder(_) | Sensor::Ideal) => {
+                let scale = angle_scale(sensor);
+                Ok(cells.iter().map(|cell| cell.map(|code| scale.angle(f64::from(code)))).collect())
+            }
+        },
+    }
+}
+
+/// Margin kept to the codes that the converter's ends and the blind arc's unsure edges produce, rad.
+const EDGE: f64 = 0.1;
+
+/// Shaft angle that a code stands for, rad; `None` where the code may come from the blind arc.
+fn angle_of_code(sensor: &Potentiometer, code: u16) -> Option<f64> {
+    if let Some(correction) = &sensor.correction {
+        let angle = corrected_angle(correction, &AdcCurve::new(&sensor.adc), f64::from(code));
+        let wrapped = wrap(angle);
+        let blind = wrapped > correction.blind_from_deg.to_radians() - EDGE
+            && wrapped < correction.blind_to_deg.to_radians() + EDGE;
+        return (!blind).then_some(angle);
+    }
+    let curve = AdcCurve::new(&sensor.adc);
+    let element = Element::new(sensor);
+    let volts = curve.voltage(f64::from(code));
+    let margin = EDGE / element.angle_per_v();
+    let usable =
+        volts > curve.zero_below_v.max(0.0) + margin && volts < curve.saturates_v.min(element.supply_v) - margin;
+    usable.then(|| wrap(element.angle(volts)))
+}
+
+/// Readings on one continuous scale. Across missing readings the shaft is taken to go on at the speed it had.
+fn unwrapped(readings: &[Option<f64>]) -> Vec<f64> {
+    let mut out = vec![f64::NAN; readings.len()];
+    let mut before: Option<(usize, f64)> = None;
+    let mut per_sample = 0.0;
+    for (i, reading) in readings.iter().enumerate() {
+        let Some(angle) = *reading else { continue };
+        out[i] = match before {
+            None => angle,
+            Some((j, last)) => {
+                let expected = if i - j == 1 { last } else { last + per_sample * (i - j) as f64 };
+                expected + wrap(angle - expected)
+            }
+        };
+        if i >= 8 && out[i - 8].is_finite() {
+            per_sample = (out[i] - out[i - 8]) / 8.0;
+        }
+        before = Some((i, out[i]));
+    }
+    out
+}

@@ -1,0 +1,150 @@
+//! Fitted numbers in the robot file's own keys and units.
+
+use std::collections::BTreeMap;
+
+use common::wrap;
+use description::robot::{Quantity, Robot};
+use effects::Id;
+
+use super::fit::Fit;
+use super::nominal::FileModel;
+use super::numbers::{Free, Number};
+use super::verdict::FittedParameter;
+
+/// Standard deviations to the ends of a 95 % interval.
+const WIDE: f64 = 1.96;
+
+/// Value and 95 % interval in SI and radians, inside the bounds.
+fn range(free: &Free, coordinate: f64, deviation: f64) -> [f64; 3] {
+    let at = |offset: f64| free.number(coordinate + offset * WIDE * deviation.min(1e3)).clamp(free.low, free.high);
+    [free.number(coordinate), at(-1.0), at(1.0)]
+}
+
+/// Every fitted number of a model, in the file's keys and units.
+#[must_use]
+pub fn fitted(robot: &Robot, model: &FileModel, fit: &Fit) -> Vec<FittedParameter> {
+    let mut out = Vec::new();
+    for (i, free) in fit.free.iter().enumerate() {
+        out.extend(motor(robot, free.number, range(free, fit.coordinates[i], fit.deviation(i))));
+    }
+    for (id, values) in model.values(&fit.effects, |number| fit.value(number)) {
+        out.extend(of_table(robot, model, fit, id, &values));
+    }
+    out
+}
+
+/// The parameters of one effect's table.
+fn of_table(robot: &Robot, model: &FileModel, fit: &Fit, id: Id, values: &[f64]) -> Vec<FittedParameter> {
+    let added = fit.effects.contains(&id);
+    id.spec()
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(place, key)| {
+            let path = format!("effects.{}.{}", id.name(), key.key);
+            let interval = interval(model, fit, id, place, values[place]);
+            // What neither the fit moves nor an added effect brings stays the file's.
+            let [value, low, high] = if added { interval.unwrap_or([values[place]; 3]) } else { interval? };
+            Some(parameter(robot, path, [value, low, high].map(|value| key.from_si(value))))
+        })
+        .collect()
+}
+
+/// Value and 95 % interval of a parameter, SI units and radians; `None` where no number of the fit moves it. A parameter that
+/// is a number of the fit keeps the number's own scale and bounds; one that several make (a torque and its direction) has
+/// their covariance carried over in first order.
+fn interval(model: &FileModel, fit: &Fit, id: Id, place: usize, value: f64) -> Option<[f64; 3]> {
+    let own: Vec<usize> = model.numbers_of(id, fit);
+    let slopes: Vec<f64> = own.iter().map(|&i| slope(model, fit, id, place, i)).collect();
+    let moving: Vec<(usize, f64)> = own.into_iter().zip(slopes).filter(|(_, slope)| *slope != 0.0).collect();
+    match moving.as_slice() {
+        [] => None,
+        &[(i, _)] if fit.value(fit.free[i].number) == Some(value) => {
+            Some(range(&fit.free[i], fit.coordinates[i], fit.deviation(i)))
+        }
+        several => {
+            let mut variance = 0.0;
+            for &(i, at_i) in several {
+                for &(j, at_j) in several {
+                    variance += at_i * fit.covariance[(i, j)] * at_j;
+                }
+            }
+            let key = &id.spec().parameters[place];
+            // Beyond half a turn either way an angle is unknown.
+            let most = if key.in_degrees() { 1.6 } else { f64::INFINITY };
+            let half = WIDE * variance.max(0.0).sqrt().min(most);
+            let least = if key.in_degrees() { f64::NEG_INFINITY } else { key.to_si(key.low) };
+            Some([value, (value - half).max(least), value + half])
+        }
+    }
+}
+
+/// How a parameter changes with a coordinate of the fit.
+fn slope(model: &FileModel, fit: &Fit, id: Id, place: usize, i: usize) -> f64 {
+    const STEP: f64 = 1e-4;
+    let at = |offset: f64| {
+        let value = |number| {
+            let j = fit.free.iter().position(|one| one.number == number)?;
+            Some(fit.free[j].number(fit.coordinates[j] + if i == j { offset } else { 0.0 }))
+        };
+        model.values(&fit.effects, value).get(&id).map_or(0.0, |values| values[place])
+    };
+    let change = at(STEP) - at(-STEP);
+    // An angle may pass ±π in between.
+    let change = if id.spec().parameters[place].in_degrees() { wrap(change) } else { change };
+    change / (2.0 * STEP)
+}
+
+fn motor(robot: &Robot, number: Number, value: [f64; 3]) -> Vec<FittedParameter> {
+    let one = |path: &str, factor: f64| parameter(robot, path.to_owned(), value.map(|value| value * factor));
+    match number {
+        Number::Resistance => vec![one("motor.resistance_ohm", 1.0)],
+        Number::TorqueConstant => vec![one("motor.torque_constant_nm_per_a", 1.0)],
+        Number::Viscous => vec![one("motor.viscous_nm_s_per_rad", 1.0)],
+        Number::Inertia => {
+            // Angle and drive show the sum only: rotor and load keep their proportion, but for a load that its eccentric gives.
+            let (rotor, load) = (robot.motor.rotor_inertia_kg_m2.value, robot.load.inertia_kg_m2.value);
+            if robot.eccentric.is_some() {
+                let rotor = value.map(|value| value - load);
+                return vec![parameter(robot, "motor.rotor_inertia_kg_m2".to_owned(), rotor)];
+            }
+            let mut both = vec![one("motor.rotor_inertia_kg_m2", rotor / (rotor + load))];
+            if load > 0.0 {
+                both.push(one("load.inertia_kg_m2", load / (rotor + load)));
+            }
+            both
+        }
+        Number::OfEffect(_) => Vec::new(),
+    }
+}
+
+fn parameter(robot: &Robot, path: String, [value, low, high]: [f64; 3]) -> FittedParameter {
+    let file_value = quantity(robot, &path).map(|quantity| quantity.value);
+    FittedParameter { path, value, low, high, file_value }
+}
+
+/// The file's quantity at a dotted path.
+fn quantity<'a>(robot: &'a Robot, path: &str) -> Option<&'a Quantity> {
+    let motor = &robot.motor;
+    match path {
+        "motor.resistance_ohm" => Some(&motor.resistance_ohm),
+        "motor.torque_constant_nm_per_a" => Some(&motor.torque_constant_nm_per_a),
+        "motor.viscous_nm_s_per_rad" => Some(&motor.viscous_nm_s_per_rad),
+        "motor.rotor_inertia_kg_m2" => Some(&motor.rotor_inertia_kg_m2),
+        "load.inertia_kg_m2" => Some(&robot.load.inertia_kg_m2),
+        _ => {
+            let (table, key) = path.strip_prefix("effects.")?.split_once('.')?;
+            robot.effects.quantity(table, key)
+        }
+    }
+}
+
+/// The parameters of one effect for the JSON: key without its table, `[value, low, high]`.
+#[must_use]
+pub fn of_effect(parameters: &[FittedParameter], effect: Id) -> BTreeMap<String, [f64; 3]> {
+    let prefix = format!("effects.{}.", effect.name());
+    parameters
+        .iter()
+        .filter_map(|one| one.path.strip_prefix(&prefix).map(|key| (key.to_owned(), [one.value, one.low, one.high])))
+        .collect()
+}

@@ -1,0 +1,340 @@
+//! Pages for people: the diagnosis report, and the small charts in it.
+//!
+//! A report is one self-contained HTML file (well-formed XML): style sheet and SVG inside, no scripts, nothing loaded.
+
+mod charts;
+pub mod svg;
+mod words;
+
+use std::fmt::Write as _;
+
+use common::quantile;
+use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, RunUse, Verdict};
+use svg::{COLOURS, STYLE, escape, number};
+use words::{degrees, percent, sentence, three, times};
+
+const PAGE_STYLE: &str = include_str!("style.css");
+/// Pairs of effects in the table of evidence; there may be dozens.
+const MOST_PAIRS: usize = 4;
+
+/// What a report says beside the diagnosis itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct About {
+    /// The robot's name.
+    pub robot: String,
+    /// The robot file that was diagnosed.
+    pub robot_file: String,
+    /// The extended robot file that was written, if any.
+    pub extended_file: Option<String>,
+}
+
+/// The diagnosis as an HTML page.
+#[must_use]
+pub fn html(diagnosis: &Diagnosis, about: &About) -> String {
+    let (badge, tone) = words::badge(diagnosis.verdict);
+    let headline = words::headline(diagnosis);
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\"><head><meta charset=\"utf-8\"/>\
+         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"/><title>{robot}: {badge}</title>\
+         <style>{COLOURS}{STYLE}{PAGE_STYLE}</style></head><body><main>\
+         <header><span class=\"badge {tone}\">{badge}</span> <span class=\"soft\">Diagnosis of {robot}</span>\
+         <h1>{}</h1><p>{}</p></header>",
+        escape(&headline),
+        escape(&words::lead(diagnosis)),
+        robot = escape(&about.robot),
+    );
+    page.push_str(&cards(diagnosis));
+    page.push_str(&rollouts(diagnosis));
+    page.push_str(&where_it_lives(diagnosis));
+    page.push_str(&evidence(diagnosis));
+    page.push_str(&parameters(diagnosis));
+    page.push_str(&what_is_left(diagnosis));
+    page.push_str(&data_used(diagnosis));
+    page.push_str(&how_to_run(diagnosis, about));
+    page.push_str(&method(diagnosis));
+    page.push_str("</main></body></html>\n");
+    page
+}
+
+/// The four numbers.
+fn cards(diagnosis: &Diagnosis) -> String {
+    let floor = diagnosis.noise_floor.max(f64::MIN_POSITIVE);
+    let card = |class: &str, name: &str, value: &str, note: &str| {
+        format!("<div class=\"{class}\"><small>{name}</small><b>{value}</b><small>{}</small></div>", escape(note))
+    };
+    let over = |error: f64| format!("{} the noise floor", times(error / floor));
+    let nothing_added = diagnosis.causes.is_empty();
+    let after_note = if nothing_added { "nothing was added to the model".to_owned() } else { over(diagnosis.after) };
+    let gain = &diagnosis.gain;
+    let (gain_value, gain_note) = if nothing_added {
+        ("–".to_owned(), "no cause was named".to_owned())
+    } else {
+        let interval = format!("of the excess; 95 %: {} to {} %", percent(gain.low), percent(gain.high));
+        (format!("{} %", percent(gain.percent_of_excess_removed)), interval)
+    };
+    format!(
+        "<section class=\"cards\" aria-label=\"the four numbers\">{}{}{}{}</section>",
+        card("", "noise floor", &degrees(diagnosis.noise_floor), "scatter of the angle reading itself"),
+        card("b", "error before", &degrees(diagnosis.before), &over(diagnosis.before)),
+        card("a", "error after", &degrees(diagnosis.after), &after_note),
+        card("g", "removed", &gain_value, &gain_note),
+    )
+}
+
+fn key(with_measured: bool, shaded: &str) -> String {
+    let measured = if with_measured { "<span class=\"m\">measured</span>" } else { "" };
+    let floor = if with_measured { "" } else { "<span class=\"f\">noise floor</span>" };
+    let shaded = if shaded.is_empty() { String::new() } else { format!("<span class=\"n\">{}</span>", escape(shaded)) };
+    format!(
+        "<div class=\"key\">{measured}<span class=\"b\">model, numbers refitted (before)</span>\
+         <span class=\"a\">extended model (after)</span>{floor}{shaded}</div>"
+    )
+}
+
+fn rollouts(diagnosis: &Diagnosis) -> String {
+    let detail = &diagnosis.detail;
+    let mut out = format!(
+        "<section><h2>Measured against simulated, on runs that no fit has seen</h2>\
+         <p class=\"soft\">Each rollout starts from the measured state and runs freely for {} s on the recorded drive: {} \
+         rollouts in {}.</p>{}<div class=\"charts two\">",
+        three(detail.horizon_s),
+        detail.held_out_rollouts,
+        escape(&counted(detail.held_out_runs.len(), "held-out run")),
+        key(true, "noise of the reading, ±2σ"),
+    );
+    for (index, trace) in detail.traces.iter().enumerate() {
+        out.push_str(&charts::trace(index, trace, diagnosis.noise_floor));
+    }
+    if !detail.rollout_errors.is_empty() {
+        let _ = write!(out, "<figure>{}{}</figure>", charts::distribution(diagnosis), distribution_words(diagnosis));
+    }
+    out.push_str("</div></section>");
+    out
+}
+
+/// Median and 95th percentile of the rollouts' errors, in words.
+fn distribution_words(diagnosis: &Diagnosis) -> String {
+    let floor = diagnosis.noise_floor.max(f64::MIN_POSITIVE);
+    let at = |value: fn(&diagnose::RolloutError) -> f64| {
+        let mut ratios: Vec<f64> = diagnosis.detail.rollout_errors.iter().map(|one| value(one) / floor).collect();
+        let mut pick = |share: f64| quantile(&mut ratios, share).unwrap_or(f64::NAN);
+        format!("median {}, 95 % below {}", times(pick(0.5)), times(pick(0.95)))
+    };
+    format!("<figcaption>Before: {}.<br/>After: {}.</figcaption>", at(|one| one.before), at(|one| one.after))
+}
+
+fn where_it_lives(diagnosis: &Diagnosis) -> String {
+    let curves: String = diagnosis
+        .detail
+        .misfit_map
+        .iter()
+        .enumerate()
+        .map(|(index, curve)| charts::misfit(index, curve, diagnosis))
+        .filter(|chart| !chart.is_empty())
+        .map(|chart| format!("<figure>{chart}</figure>"))
+        .collect();
+    if curves.is_empty() {
+        return String::new();
+    }
+    let shaded = if diagnosis.left_over.is_some() { "where most of the rest lives" } else { "" };
+    format!(
+        "<section><h2>Where the misfit lives</h2>{}<div class=\"charts\">{curves}</div></section>",
+        key(false, shaded)
+    )
+}
+
+fn evidence(diagnosis: &Diagnosis) -> String {
+    let all = &diagnosis.detail.candidates;
+    if all.is_empty() {
+        return String::new();
+    }
+    let worst = all.iter().map(|one| one.ratio_to_floor).filter(|r| r.is_finite()).fold(1.0, f64::max);
+    let (mut pairs, mut hidden, mut rows) = (0, 0, String::new());
+    for one in all {
+        if one.effects.len() > 1 && !one.named {
+            pairs += 1;
+            if pairs > MOST_PAIRS {
+                hidden += 1;
+                continue;
+            }
+        }
+        rows.push_str(&evidence_row(one, worst));
+    }
+    let hidden = if hidden > 0 {
+        format!("<p class=\"soft\">{} did no better and are left out.</p>", counted(hidden, "further pair"))
+    } else {
+        String::new()
+    };
+    format!(
+        "<section><h2>The evidence for and against each cause</h2><p class=\"soft\">Every candidate was fitted together with \
+         the model's own numbers. Bars: held-out error over the noise floor; the dashed mark is the floor itself, a \
+         candidate that reaches it leaves nothing to explain.</p>\
+         <table class=\"evidence\"><thead><tr><th>candidate</th><th>held-out error</th><th class=\"n\">× floor</th>\
+         <th class=\"n\">removes</th><th>what speaks for it and against it</th></tr></thead><tbody>{rows}</tbody></table>\
+         {hidden}</section>"
+    )
+}
+
+fn evidence_row(one: &CandidateEvidence, worst: f64) -> String {
+    let nominal = one.effects.is_empty();
+    let names: Vec<String> = one.effects.iter().map(|name| words::effect(name).0).collect();
+    let name =
+        if nominal { "The file's model, numbers refitted".to_owned() } else { sentence(&words::join(&names, "and")) };
+    let what = match one.effects.as_slice() {
+        [only] => words::effect(only).1,
+        _ => "",
+    };
+    let share = |ratio: f64| (100.0 * ratio / worst).clamp(0.0, 100.0);
+    let removes = if nominal {
+        "–".to_owned()
+    } else {
+        let [value, low, high] = one.improvement_percent;
+        format!("{} %<small>{} to {} %</small>", percent(value), percent(low), percent(high))
+    };
+    let points = |texts: &[String], class: &str| -> String {
+        texts.iter().map(|text| format!("<li class=\"{class}\">{}</li>", escape(&words::readable(text)))).collect()
+    };
+    let class = match (one.named, nominal) {
+        (true, _) => " class=\"named\"",
+        (_, true) => " class=\"nominal\"",
+        _ => "",
+    };
+    format!(
+        "<tr{class}><td><b>{}</b><small>{}</small></td>\
+         <td><div class=\"bar\"><i style=\"width:{:.1}%\"></i><u style=\"left:{:.1}%\"></u></div></td>\
+         <td class=\"n\" data-label=\"error over floor\">{}</td><td class=\"n\" data-label=\"removes\">{removes}</td>\
+         <td><ul class=\"plain\">{}{}</ul></td></tr>",
+        escape(&name),
+        escape(what),
+        share(one.ratio_to_floor),
+        share(1.0),
+        times(one.ratio_to_floor),
+        points(&one.speaks_for, "yes"),
+        points(&one.speaks_against, "no"),
+    )
+}
+
+fn parameters(diagnosis: &Diagnosis) -> String {
+    let detail = &diagnosis.detail;
+    let (numbers, what) = if diagnosis.causes.is_empty() {
+        (&detail.nominal, "The model's numbers, refitted")
+    } else {
+        (&detail.extended, "The numbers of the extended model")
+    };
+    if numbers.is_empty() {
+        return String::new();
+    }
+    let rows: String = numbers.iter().map(parameter_row).collect();
+    format!(
+        "<section><h2>{what}</h2><div class=\"scroll\"><table><thead><tr><th>key in the robot file</th>\
+         <th class=\"n\">file</th><th class=\"n\">fitted</th><th class=\"n\">95 % interval</th></tr></thead>\
+         <tbody>{rows}</tbody></table></div></section>"
+    )
+}
+
+fn parameter_row(one: &FittedParameter) -> String {
+    let file = one.file_value.map_or_else(|| "new".to_owned(), three);
+    let class = if one.file_value.is_none() { " class=\"named\"" } else { "" };
+    format!(
+        "<tr{class}><td><code>{}</code></td><td class=\"n\">{file}</td><td class=\"n\"><b>{}</b></td>\
+         <td class=\"n\">{} … {}</td></tr>",
+        escape(&one.path).replace('.', ".<wbr/>"),
+        three(one.value),
+        three(one.low),
+        three(one.high)
+    )
+}
+
+fn what_is_left(diagnosis: &Diagnosis) -> String {
+    let floor = diagnosis.noise_floor.max(f64::MIN_POSITIVE);
+    let rest = times(diagnosis.after / floor);
+    let state = match diagnosis.verdict {
+        Verdict::Nothing | Verdict::Explained => {
+            format!("The error is {rest} the noise floor: nothing to speak of is left.")
+        }
+        Verdict::Ambiguous => {
+            format!(
+                "The error is {rest} the noise floor with any of the candidates: what is open is which of them it is."
+            )
+        }
+        Verdict::Unexplained => format!("The error is still {rest} the noise floor."),
+    };
+    let place = diagnosis.left_over.as_ref().map_or_else(String::new, |left| format!(" {}", words::left_over(left)));
+    let next = diagnosis.next_experiment.as_ref().map_or_else(String::new, |next| {
+        format!("<p class=\"next\"><b>Next experiment:</b> {}.</p>", escape(next.trim_end_matches('.')))
+    });
+    format!("<section><h2>What is left</h2><p>{}{}</p>{next}</section>", escape(&state), escape(&place))
+}
+
+fn data_used(diagnosis: &Diagnosis) -> String {
+    let row = |run: &RunUse| {
+        format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"n\">{} s</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
+             <td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+            escape(&run.name),
+            if run.held_out { "held out" } else { "fitted" },
+            three(run.seconds),
+            run.samples,
+            run.used,
+            run.missing,
+            run.spikes,
+            run.rollouts
+        )
+    };
+    let rows: String = diagnosis.detail.runs.iter().map(row).collect();
+    if rows.is_empty() {
+        let list = |names: &[String]| escape(&names.join(", "));
+        return format!(
+            "<section><h2>Data used</h2><p>Fitted: {}. Held out: {}.</p></section>",
+            list(&diagnosis.detail.fit_runs),
+            list(&diagnosis.detail.held_out_runs)
+        );
+    }
+    format!(
+        "<section><h2>Data used</h2><div class=\"scroll\"><table><thead><tr><th>run</th><th></th><th class=\"n\">length</th>\
+         <th class=\"n\">samples</th><th class=\"n\">used</th><th class=\"n\">no reading</th><th class=\"n\">spikes left out</th>\
+         <th class=\"n\">rollouts</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
+    )
+}
+
+fn how_to_run(diagnosis: &Diagnosis, about: &About) -> String {
+    let Some(file) = &about.extended_file else {
+        return format!(
+            "<section><h2>The model</h2><p class=\"soft\">No extended model was written; the diagnosed file is \
+             <code>{}</code>.</p></section>",
+            escape(&about.robot_file)
+        );
+    };
+    let what = if diagnosis.causes.is_empty() {
+        "It has the refitted numbers and no new effect."
+    } else {
+        "It has the refitted numbers and the new effects with their intervals."
+    };
+    format!(
+        "<section><h2>Run the extended model</h2><p>{what} <code>{}</code> is as it was.</p>\
+         <pre>scram sim --robot {file}\nscram diagnose --robot {file} NEW_RUN…</pre></section>",
+        escape(&about.robot_file),
+        file = escape(file)
+    )
+}
+
+fn method(diagnosis: &Diagnosis) -> String {
+    format!(
+        "<section><h2>Method</h2><ol>\
+         <li>The model's own numbers are refitted first, so that a wrong number is not called a wrong model.</li>\
+         <li>Each effect of the library that the file lacks is fitted jointly with those numbers (multiple shooting, start \
+         angle and speed of every rollout free).</li>\
+         <li>All are judged by free rollouts of {} s on held-out runs, against the noise of the reading.</li>\
+         <li>A cause is named when it reaches the floor and no simpler or rival one does as well; intervals are 95 %, from \
+         resampled rollouts.</li>\
+         <li>If nothing reaches the floor, the answer is “unexplained”, with the place where the rest lives.</li></ol></section>",
+        number(diagnosis.detail.horizon_s)
+    )
+}
+
+fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests;

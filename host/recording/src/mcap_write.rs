@@ -1,0 +1,210 @@
+//! Writes MCAP: self-describing JSON messages with a JSON schema, which the field's viewers open.
+//!
+//! Topic `/sample` holds what a robot measured, `/simulation` what only a simulation knows, `/event` what the controller was
+//! told and `/state` what it said. Uncompressed chunks with
+//! indexes; the metadata comes first, so that even a file that was cut off tells what it is.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::rows::{self, Cell};
+use common::atomic::write_atomically;
+
+use super::schema::{event_schema, state_schema};
+use super::telemetry::At;
+use super::{ExtraColumn, LoggedOrder, Metadata, Recording, RecordingError, RunLog, SessionEvent};
+
+/// Topic of the standard columns.
+pub(super) const SAMPLE_TOPIC: &str = "/sample";
+/// Topic of the extra columns.
+const EXTRA_TOPIC: &str = "/simulation";
+/// Name of the metadata record.
+pub(super) const METADATA_NAME: &str = "run";
+
+/// Writes a recording; the file is whole or not there.
+///
+/// # Errors
+/// The file system refuses, or the recording's columns differ in length.
+pub fn write_mcap(path: &Path, recording: &Recording) -> Result<(), RecordingError> {
+    write_mcap_with(path, recording, &[], &Metadata::default())
+}
+
+/// [`write_mcap`] with further columns and metadata.
+///
+/// # Errors
+/// As [`write_mcap`].
+pub fn write_mcap_with(
+    path: &Path,
+    recording: &Recording,
+    extra: &[ExtraColumn],
+    metadata: &Metadata,
+) -> Result<(), RecordingError> {
+    write_mcap_run(path, recording, extra, &RunLog::default(), metadata)
+}
+
+/// [`write_mcap_with`] and what the controller was told and said.
+///
+/// # Errors
+/// As [`write_mcap`], and the log does not fit the samples.
+pub fn write_mcap_run(
+    path: &Path,
+    recording: &Recording,
+    extra: &[ExtraColumn],
+    log: &RunLog,
+    metadata: &Metadata,
+) -> Result<(), RecordingError> {
+    rows::check_rectangular(path, recording, extra)?;
+    log.check(path, recording)?;
+    let metadata = metadata.to_toml(path)?;
+    write_atomically::<std::io::Error>(path, |file| write(file, recording, extra, log, &metadata).map_err(into_io))
+        .map_err(|e| RecordingError::io(path, e))
+}
+
+pub(super) fn into_io(error: mcap::McapError) -> std::io::Error {
+    match error {
+        mcap::McapError::Io(source) => source,
+        other => std::io::Error::other(other),
+    }
+}
+
+fn write<W: std::io::Write + std::io::Seek>(
+    file: W,
+    recording: &Recording,
+    extra: &[ExtraColumn],
+    log: &RunLog,
+    metadata: &str,
+) -> mcap::McapResult<()> {
+    let options = mcap::WriteOptions::new().compression(None).library(concat!("scram ", env!("CARGO_PKG_VERSION")));
+    let mut writer = options.create(file)?;
+    writer.write_metadata(&mcap::records::Metadata {
+        name: METADATA_NAME.into(),
+        metadata: BTreeMap::from([("toml".to_owned(), metadata.to_owned())]),
+    })?;
+    let names = rows::standard_names(recording);
+    let columns = names.iter().copied().chain(log.numbers.iter().map(|column| column.name.as_str()));
+    let sample = channel(&mut writer, SAMPLE_TOPIC, "scram.Sample", columns)?;
+    let simulation = if extra.is_empty() {
+        None
+    } else {
+        let columns = std::iter::once("t_s").chain(extra.iter().map(|column| column.name.as_str()));
+        Some(channel(&mut writer, EXTRA_TOPIC, "scram.Simulation", columns)?)
+    };
+    let told = Told::begin(&mut writer, log, !recording.adc_second.is_empty())?;
+    let start = recording.t_s.first().copied().unwrap_or(0.0);
+    let mut cells = Vec::new();
+    let mut given = 0;
+    for row in 0..recording.len() {
+        let t_s = recording.t_s[row];
+        // The log time is for viewers and cannot be negative; t_s in the message is the time.
+        let log_time = ((if start < 0.0 { t_s - start } else { t_s }) * 1e9).round() as u64;
+        // The counter may wrap: a viewer's hint, 32 bit by the format.
+        let header = |channel_id| mcap::records::MessageHeader {
+            channel_id,
+            sequence: row as u32,
+            log_time,
+            publish_time: log_time,
+        };
+        // Orders and states before the sample of their tick.
+        for order in log.orders_before(row, &mut given) {
+            told.order(&mut writer, &header(told.event), t_s, order)?;
+        }
+        told.state(&mut writer, &header(told.state), t_s, log, row)?;
+        rows::standard_cells(recording, row, &mut cells);
+        let mut message: Map<String, Value> =
+            names.iter().zip(&cells).map(|(name, cell)| ((*name).to_owned(), value(cell))).collect();
+        message.extend(log.numbers.iter().map(|c| (c.name.clone(), value(&Cell::from(c.values[row])))));
+        writer.write_to_known_channel(&header(sample), Value::Object(message).to_string().as_bytes())?;
+        if let Some(channel) = simulation {
+            let mut message = Map::new();
+            message.insert("t_s".into(), json!(t_s));
+            message.extend(extra.iter().map(|c| (c.name.clone(), value(&Cell::from(c.values[row])))));
+            writer.write_to_known_channel(&header(channel), Value::Object(message).to_string().as_bytes())?;
+        }
+    }
+    writer.finish()?;
+    Ok(())
+}
+
+/// Channels of what a controller was told and said; 0, which is no channel, where there is nothing to tell.
+struct Told {
+    event: u16,
+    state: u16,
+}
+
+impl Told {
+    fn begin<W: std::io::Write + std::io::Seek>(
+        writer: &mut mcap::Writer<W>,
+        log: &RunLog,
+        two_sensors: bool,
+    ) -> mcap::McapResult<Self> {
+        let mut add = |topic: &str, name: &str, schema: Value| {
+            let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+            writer.add_channel(schema, topic, "json", &BTreeMap::new())
+        };
+        Ok(Self {
+            event: if log.orders.is_empty() { 0 } else { add("/event", "scram.Event", event_schema())? },
+            state: if log.stated.is_empty() { 0 } else { add("/state", "scram.State", state_schema(two_sensors))? },
+        })
+    }
+
+    fn order<W: std::io::Write + std::io::Seek>(
+        &self,
+        writer: &mut mcap::Writer<W>,
+        header: &mcap::records::MessageHeader,
+        t_s: f64,
+        order: &LoggedOrder,
+    ) -> mcap::McapResult<()> {
+        let (text, command, repeat) = (order.text.clone(), Some(order.command), order.repeat);
+        let message = At { t_s, what: SessionEvent::Order { text, command, repeat } };
+        writer.write_to_known_channel(header, json!(message).to_string().as_bytes())
+    }
+
+    /// Where it changes.
+    fn state<W: std::io::Write + std::io::Seek>(
+        &self,
+        writer: &mut mcap::Writer<W>,
+        header: &mcap::records::MessageHeader,
+        t_s: f64,
+        log: &RunLog,
+        row: usize,
+    ) -> mcap::McapResult<()> {
+        match log.stated.get(row) {
+            Some(now) if row == 0 || log.stated[row - 1] != *now => {
+                writer.write_to_known_channel(header, json!(At { t_s, what: *now }).to_string().as_bytes())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn value(cell: &Cell) -> Value {
+    match cell {
+        Cell::Empty => Value::Null,
+        Cell::Number(number) => json!(number),
+        Cell::Whole(number) => json!(number),
+    }
+}
+
+fn channel<'a, W: std::io::Write + std::io::Seek>(
+    writer: &mut mcap::Writer<W>,
+    topic: &str,
+    name: &str,
+    columns: impl Iterator<Item = &'a str>,
+) -> mcap::McapResult<u16> {
+    let properties: Map<String, Value> = columns
+        .map(|column| {
+            let kind = match column {
+                "t_s" | "duty" | "voltage_v" | "supply_v" => json!({ "type": "number" }),
+                "enable" => json!({ "type": "integer" }),
+                "adc" | "adc_second" => json!({ "type": ["integer", "null"] }),
+                _ => json!({ "type": ["number", "null"] }),
+            };
+            (column.to_owned(), kind)
+        })
+        .collect();
+    let schema = json!({ "title": name, "type": "object", "properties": properties });
+    let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+    writer.add_channel(schema, topic, "json", &BTreeMap::new())
+}

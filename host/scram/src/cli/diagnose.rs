@@ -1,0 +1,236 @@
+//! `scram diagnose`
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use description::Robot;
+use description::edit::Document;
+use diagnose::{Diagnosis, Options, Progress, diagnose, extend};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use miette::{Report, miette};
+use plot::report::{About, html};
+use recording::{Loaded, ReadOptions, Recording};
+use scram::progress::bar;
+
+use super::{Common, Done, Failure, print, print_json, say, table};
+
+/// Samples that make a few rollouts; a run below this cannot be judged.
+const FEWEST_SAMPLES: usize = 20;
+/// Samples of a run that are looked at; longer runs are thinned by whole blocks.
+const MOST_SAMPLES: usize = 60_000;
+
+/// Find what the simulation gets wrong about a recorded robot, and name its cause
+///
+/// Fits on some runs, judges on others. Writes the extended robot file, report.html and diagnosis.json into --out.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    scram diagnose runs/*.csv --robot robots/bench-xl330.toml\n  \
+    scram diagnose a.mcap b.mcap c.mcap --holdout c.mcap --out diagnosis\n\n\
+    Without --holdout the last run of each kind of excitation is held out. The kind is `excitation` in the \
+    recording's metadata, or the file name without its number: sweep_1.csv and sweep_2.csv are of one kind.")]
+pub struct Diagnose {
+    /// Recordings to fit on, CSV or MCAP
+    #[arg(required = true)]
+    runs: Vec<PathBuf>,
+    /// A recording to judge on and never to fit on, listed among the runs or not; repeatable
+    #[arg(long, value_name = "RUN")]
+    holdout: Vec<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+impl Diagnose {
+    pub fn run(&self) -> Done {
+        let common = &self.common;
+        let robot = common.robot()?;
+        let (fit, held_out) = self.load(&robot)?;
+        let options = Options { seed: common.seed, progress: Some(progress()), ..Options::default() };
+        let diagnosis = diagnose(&robot, &fit, &held_out, &options).map_err(Report::from)?;
+
+        let extended = self.extended(&diagnosis)?;
+        let file = common.out.join("robot.toml");
+        let about = About {
+            robot: robot.name.clone(),
+            robot_file: common.robot.display().to_string(),
+            extended_file: Some(file.display().to_string()),
+        };
+        // First what can be refused, so that no report speaks of a model that was not written.
+        common.save(&extended, &file)?;
+        let page = common.write("report.html", &html(&diagnosis, &about))?;
+        let json = serde_json::to_string_pretty(&diagnosis).map_err(|e| miette!("diagnosis.json: {e}"))?;
+        let json = common.write("diagnosis.json", &(json + "\n"))?;
+        if common.json {
+            print_json(&diagnosis)?;
+            return Ok(());
+        }
+        for line in &diagnosis.detail.summary {
+            print(line);
+        }
+        print(&table::facts(facts(&diagnosis)));
+        print(&format!("written: {}, {}, {}", page.display(), file.display(), json.display()));
+        if robot.controller.is_some() {
+            print(&format!("try it: scram sim --robot {}", file.display()));
+        }
+        Ok(())
+    }
+
+    /// The recordings to fit on and those to judge by.
+    fn load(&self, robot: &Robot) -> Result<(Vec<Recording>, Vec<Recording>), Failure> {
+        // Further samples of a run cost time and tell little: a minute at 1 kHz is plenty.
+        let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), ..ReadOptions::default() };
+        let mut held_out = Vec::new();
+        for path in &self.holdout {
+            held_out.push(self.common.recording(path, robot, &options)?);
+        }
+        let mut runs = Vec::new();
+        for path in self.runs.iter().filter(|path| !self.holdout.iter().any(|held| same_file(held, path))) {
+            runs.push(self.common.recording(path, robot, &options)?);
+        }
+        if held_out.is_empty() {
+            (runs, held_out) = hold_out_last(runs);
+        }
+        for loaded in runs.iter().chain(&held_out) {
+            loaded.recording.require_samples(FEWEST_SAMPLES).map_err(Report::from)?;
+        }
+        if runs.is_empty() || held_out.is_empty() {
+            return Err(Failure::Usage(miette!(
+                help = "give at least two recordings: the numbers are fitted on some and judged on others",
+                "{} run(s) to fit on, {} to judge by",
+                runs.len(),
+                held_out.len()
+            )));
+        }
+        let names = |loaded: &[Loaded]| {
+            let names = loaded.iter().map(|l| l.recording.path.display().to_string());
+            names.collect::<Vec<_>>().join(", ")
+        };
+        say(&format!("fitting on {}; judging on {}", names(&runs), names(&held_out)));
+        let recordings = |loaded: Vec<Loaded>| loaded.into_iter().map(|l| l.recording).collect();
+        Ok((recordings(runs), recordings(held_out)))
+    }
+
+    /// The robot file with the fitted numbers and the named effects.
+    fn extended(&self, diagnosis: &Diagnosis) -> Result<Document, Report> {
+        let mut document = Document::load(&self.common.robot)?;
+        let source = format!("scram diagnose, fitted on {}", diagnosis.detail.fit_runs.join(", "));
+        extend(&mut document, diagnosis, &source)?;
+        Ok(document)
+    }
+}
+
+/// Whether two paths lead to one file.
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    }
+}
+
+/// What drove a run: from its metadata, or its file name without the last part that has a number in it.
+fn kind(loaded: &Loaded) -> String {
+    if let Some(excitation) = &loaded.metadata.excitation {
+        return excitation.clone();
+    }
+    let stem = loaded.recording.path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let has_digit = |text: &str| text.chars().any(|c| c.is_ascii_digit());
+    match stem.rsplit_once(['_', '-']) {
+        Some((front, last)) if has_digit(last) => front.to_owned(),
+        _ => stem.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned(),
+    }
+}
+
+/// Holds out the last run of each kind that has more than one; where every kind has one only, the last run of all.
+fn hold_out_last(runs: Vec<Loaded>) -> (Vec<Loaded>, Vec<Loaded>) {
+    let kinds: Vec<String> = runs.iter().map(kind).collect();
+    let is_last = |index: usize| !kinds[index + 1..].contains(&kinds[index]);
+    let is_repeated = |index: usize| kinds.iter().filter(|kind| **kind == kinds[index]).count() > 1;
+    let mut held: Vec<bool> = (0..runs.len()).map(|index| is_last(index) && is_repeated(index)).collect();
+    if !held.contains(&true)
+        && runs.len() > 1
+        && let Some(last) = held.last_mut()
+    {
+        *last = true;
+    }
+    let (out, fit): (Vec<_>, Vec<_>) = runs.into_iter().zip(held).partition(|(_, held)| *held);
+    let strip = |pairs: Vec<(Loaded, bool)>| pairs.into_iter().map(|(loaded, _)| loaded).collect();
+    (strip(fit), strip(out))
+}
+
+/// A bar on stderr, drawn only where stderr is a terminal.
+fn progress() -> Progress {
+    let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {elapsed}") {
+        bar.set_style(style);
+    }
+    Arc::new(move |what: &str, share: f64| {
+        bar.set_message(what.to_owned());
+        bar.set_position((1000.0 * share.clamp(0.0, 1.0)) as u64);
+        if share >= 1.0 {
+            bar.finish_and_clear();
+        }
+    })
+}
+
+fn facts(d: &Diagnosis) -> Vec<(&'static str, String)> {
+    let floor = |error: f64| format!("{:.4}° ({:.2} × noise floor)", error.to_degrees(), error / d.noise_floor);
+    let mut rows = vec![("verdict", d.verdict.word().to_owned())];
+    for cause in &d.causes {
+        let mut text = cause.effect.clone();
+        if !cause.also.is_empty() {
+            text += &format!(" (or {})", cause.also.join(", "));
+        }
+        rows.push(("cause", text));
+    }
+    rows.push(("held-out rollout error, before", floor(d.before)));
+    rows.push(("held-out rollout error, after", floor(d.after)));
+    if !d.causes.is_empty() {
+        let gain = &d.gain;
+        let text = format!("{:.0} % ({:.0} … {:.0})", gain.percent_of_excess_removed, gain.low, gain.high);
+        rows.push(("excess error removed", text));
+    }
+    if let Some(left) = &d.left_over {
+        let text =
+            format!("{:.0} % of it where {} is {:.3} … {:.3}", 100.0 * left.share, left.coordinate, left.from, left.to);
+        rows.push(("left over", text));
+    }
+    if let Some(next) = &d.next_experiment {
+        rows.push(("next experiment", next.clone()));
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use recording::{Kept, Metadata};
+
+    use super::*;
+
+    fn run(path: &str, excitation: Option<&str>) -> Loaded {
+        Loaded {
+            recording: Recording { path: path.into(), ..Recording::default() },
+            metadata: Metadata { excitation: excitation.map(String::from), ..Metadata::default() },
+            kept: Kept { rows: 0, kept: 0, stride: 1 },
+            notes: Vec::new(),
+        }
+    }
+
+    fn held(runs: Vec<Loaded>) -> Vec<String> {
+        let (fit, held) = hold_out_last(runs);
+        assert!(fit.iter().all(|f| held.iter().all(|h| h.recording.path != f.recording.path)));
+        held.iter().map(|l| l.recording.path.display().to_string()).collect()
+    }
+
+    #[test]
+    fn the_last_run_of_each_kind_is_held_out() {
+        let files = ["sin_sin_kp100.csv", "sin_sin_kp400.csv", "lift_and_drop_kp100.csv", "lift_and_drop_kp800.csv"];
+        assert_eq!(
+            held(files.iter().map(|f| run(f, None)).collect()),
+            ["sin_sin_kp400.csv", "lift_and_drop_kp800.csv"]
+        );
+        assert_eq!(held(vec![run("run1.csv", None), run("run2.csv", None), run("run3.csv", None)]), ["run3.csv"]);
+        assert_eq!(held(vec![run("a1", Some("x")), run("b1", Some("x")), run("c", Some("y"))]), ["b1"]);
+        assert_eq!(held(vec![run("chirp.csv", None), run("steps.csv", None)]), ["steps.csv"]);
+        assert!(held(vec![run("one.csv", None)]).is_empty());
+    }
+}

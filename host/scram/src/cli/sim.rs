@@ -1,0 +1,378 @@
+//! `scram sim`
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use control::{Sensor, State};
+use miette::{Report, miette};
+use plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots};
+use recording::{Metadata, write_csv_run, write_mcap_run};
+use serde::Serialize;
+use simulation::{
+    Break, ClampedMetrics, Drive, DriveError, FaultReport, Metrics, Order, Plan, Promise, Scheduled, Trace, Walk,
+    WalkMetrics,
+};
+
+use super::on_chip::OnChip;
+use super::walk::{self, Ground};
+use super::{Common, Done, Failure, print, print_json, say, table};
+
+/// Longest run, s: everything of a run is held in memory.
+const LONGEST_S: f64 = 600.0;
+/// Length of a run when nothing is said, s: that of the thesis's experiments.
+const USUAL_S: f64 = 2.0;
+
+/// Run the firmware's decisions on the simulated robot
+///
+/// Writes a recording (run.mcap, run.csv with run.toml) and plots (SVG) into --out and says what happened. A robot with a
+/// body walks: also its track (track.csv), its path, the traces of its feet and its gait.
+/// Frequencies are positive clockwise seen from above, angles positive counter-clockwise.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    scram sim                                        walk at 7 Hz for 2 s\n  \
+    scram sim --drive freq:-8 --alpha 90 --view walk.html\n  \
+    scram sim --bench                                the motor alone\n  \
+    scram sim --drive oscillate:-100..100 --seconds 5\n  \
+    scram sim --drive freq:-6.5 --faults sensor-open@1.0 --json\n  \
+    scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
+    scram sim --drive script:steps.txt               one order a line, see docs/recordings.md")]
+pub struct Sim {
+    #[command(flatten)]
+    run: Run,
+}
+
+/// What is run, wherever the decisions are made.
+#[derive(Args)]
+pub struct Run {
+    /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), or script:FILE
+    #[arg(long, default_value = "freq:7", allow_hyphen_values = true)]
+    drive: String,
+    /// Length of the run, s [default: 2, or what the script says]
+    #[arg(long, value_parser = seconds)]
+    seconds: Option<f64>,
+    /// What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5
+    #[arg(long, default_value = "", hide_default_value = true, help = faults_help())]
+    faults: String,
+    #[command(flatten)]
+    pub ground: Ground,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// What is to run, as the command line and the robot file say it.
+pub struct Task {
+    pub robot: description::Robot,
+    pub plan: Plan,
+    /// On the ground; otherwise on the bench.
+    pub walks: bool,
+}
+
+/// What ran.
+pub struct Ran {
+    pub trace: Trace,
+    /// None on the bench.
+    pub walk: Option<Walk>,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= LONGEST_S => Ok(value),
+        _ => Err(format!("seconds must be a number above 0 and up to {LONGEST_S}")),
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    robot: &'a str,
+    drive: &'a str,
+    seconds: f64,
+    seed: u64,
+    #[serde(flatten)]
+    metrics: &'a Metrics,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    walk: Option<&'a WalkMetrics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clamped: Option<&'a ClampedMetrics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    chip: Option<&'a OnChip>,
+    refused: Vec<String>,
+    files: Vec<PathBuf>,
+}
+
+impl Sim {
+    pub fn run(&self) -> Done {
+        let task = self.run.task()?;
+        let (robot, seed, settings) = (&task.robot, self.run.common.seed, hal_sim::Settings::default());
+        let ran = if task.walks {
+            let (trace, walk) = simulation::run_on_ground(robot, seed, &settings, &task.plan).map_err(Report::from)?;
+            Ran { trace, walk: Some(walk) }
+        } else {
+            Ran { trace: simulation::run(robot, seed, &settings, &task.plan).map_err(Report::from)?, walk: None }
+        };
+        self.run.tell(&task, &ran, None)
+    }
+}
+
+impl Run {
+    /// Reads the arguments and the robot file.
+    pub fn task(&self) -> Result<Task, Failure> {
+        let drive = Drive::parse(&self.drive).map_err(|e| match e {
+            DriveError::Drive { .. } => Failure::Usage(e.into()),
+            DriveError::Script { .. } | DriveError::Io { .. } => Failure::Failed(e.into()),
+        })?;
+        let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
+        let faults = Scheduled::parse_list_within(&self.faults, seconds).map_err(|e| Failure::Usage(e.into()))?;
+        let mut robot = self.common.robot()?;
+        Scheduled::check_parts(&faults, &robot).map_err(|e| Failure::Usage(e.into()))?;
+        let walks = self.ground.prepare(&mut robot)?;
+        Ok(Task { robot, plan: Plan { drive, seconds, faults }, walks })
+    }
+
+    /// Writes the files of a run and says what happened.
+    pub fn tell(&self, task: &Task, ran: &Ran, chip: Option<&OnChip>) -> Done {
+        let (robot, plan, trace) = (&task.robot, &task.plan, &ran.trace);
+        if let Some(why) = trace.orders.first().and_then(|given| given.refusal.as_ref()) {
+            let help =
+                "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`";
+            return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.orders[0].order).into());
+        }
+        let mut files = self.write(ran, robot)?;
+        let view = self.ground.write_view(ran.walk.as_ref(), &self.title(robot, plan, ran))?;
+        let metrics = simulation::metrics(trace);
+        let track = ran.walk.as_ref().map(|walk| &walk.track);
+        let (walked, clamped) = (track.and_then(simulation::walk_metrics), track.and_then(simulation::clamped_metrics));
+        let refused: Vec<String> = refusals(trace).collect();
+        if self.common.json {
+            files.extend(view.map(PathBuf::from));
+            print_json(&Output {
+                robot: &robot.name,
+                drive: &self.drive,
+                seconds: plan.seconds,
+                seed: self.common.seed,
+                metrics: &metrics,
+                walk: walked.as_ref(),
+                clamped: clamped.as_ref(),
+                chip,
+                refused,
+                files,
+            })?;
+            return Ok(());
+        }
+        print(&self.title(robot, plan, ran));
+        if trace.segments().len() > 1 {
+            print(&orders(trace));
+        }
+        let body = walked.iter().flat_map(walk::facts).chain(clamped.iter().flat_map(walk::clamped_facts));
+        print(&table::facts(happened(trace, &metrics).into_iter().chain(body)));
+        if let Some(chip) = chip {
+            print(&table::facts(chip.facts()));
+        }
+        for line in refused {
+            print(&line);
+        }
+        for fault in &metrics.faults {
+            print(&fault_line(fault));
+        }
+        if let Some(line) = failed_sensor(trace) {
+            print(&line);
+        }
+        let page = view.map(|page| format!("; to look at in a browser: {}", page.display()));
+        print(&format!("written: {}{}", listed(&files), page.unwrap_or_default()));
+        Ok(())
+    }
+
+    /// "scram-26, freq:7 for 2 s, seed 1", and whether and how it stands on the ground.
+    fn title(&self, robot: &description::Robot, plan: &Plan, ran: &Ran) -> String {
+        let what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
+        let place = ran.walk.as_ref().map_or_else(|| "the motor alone".to_owned(), |walk| walk::place(walk, robot));
+        format!("{what}, {place}")
+    }
+
+    fn write(&self, ran: &Ran, robot: &description::Robot) -> Result<Vec<PathBuf>, Report> {
+        let (trace, walk) = (&ran.trace, ran.walk.as_ref());
+        let recording = simulation::recording(trace, robot);
+        let mut extra = simulation::extra_columns(trace);
+        extra.extend(walk.into_iter().flat_map(Walk::columns));
+        let log = simulation::run_log(trace, robot);
+        let metadata = Metadata {
+            robot: Some(robot.name.clone()),
+            excitation: Some(self.drive.clone()),
+            seed: i64::try_from(self.common.seed).ok().map(i64::unsigned_abs),
+            // Both `sim` and `hil` begin with a new controller.
+            start_state: Some(State::Idle),
+            ..Metadata::default()
+        };
+        let drawn = plots(trace)?;
+        let out = &self.common.out;
+        let mut files = vec![out.join("run.mcap"), out.join("run.csv")];
+        write_mcap_run(&files[0], &recording, &extra, &log, &metadata)?;
+        write_csv_run(&files[1], &recording, &extra, &log, &metadata)?;
+        for (name, svg) in &drawn {
+            files.push(self.common.write(&format!("{name}.svg"), svg)?);
+        }
+        files.extend(self.ground.write(walk, &self.common)?);
+        warn_older(out, &files);
+        Ok(files)
+    }
+}
+
+/// Says which files in the directory are called as a run's and are not of this one: an earlier run's plot beside this
+/// run's would mislead. They are left there, for they may be somebody's own.
+fn warn_older(out: &Path, files: &[PathBuf]) {
+    let plots = PLOT_NAMES.into_iter().chain(WALK_PLOT_NAMES).map(|name| format!("{name}.svg"));
+    let others = plots.chain([walk::TRACK.to_owned()]).filter(|name| !files.contains(&out.join(name)));
+    let older: Vec<String> = others.filter(|name| out.join(name).exists()).collect();
+    if !older.is_empty() {
+        say(&format!("warning: not of this run, but in {}: {}", out.display(), older.join(", ")));
+    }
+}
+
+/// "out/run.mcap, run.csv, …": the directory once.
+pub(super) fn listed(files: &[PathBuf]) -> String {
+    let names = files.iter().skip(1).filter_map(|file| file.file_name()).map(|name| name.to_string_lossy());
+    let first = files.first().map(|file| file.display().to_string());
+    first.into_iter().chain(names.map(String::from)).collect::<Vec<_>>().join(", ")
+}
+
+fn refusals(trace: &Trace) -> impl Iterator<Item = String> + '_ {
+    trace.orders.iter().filter_map(|given| {
+        let why = given.refusal.as_ref()?;
+        Some(format!("refused at {:.3} s: {}: {why}", given.at_s, given.order))
+    })
+}
+
+fn faults_help() -> String {
+    let names = |promise| Break::names(promise).join(", ");
+    format!(
+        "What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5. The supervisor finds {}. \
+         A held speed bears {}. Nothing is made to find {}",
+        names(Promise::Found),
+        names(Promise::Borne),
+        names(Promise::NotFound)
+    )
+}
+
+/// Of two angle sensors the one that was given up.
+fn failed_sensor(trace: &Trace) -> Option<String> {
+    let (time_s, failed) = trace.ticks.iter().find_map(|t| Some((t.time_s, t.telemetry.failed_sensor?)))?;
+    let (broken, other) = match failed {
+        Sensor::First => ("first", "second"),
+        Sensor::Second => ("second", "first"),
+    };
+    Some(format!("at {time_s:.3} s the {broken} angle sensor is given up: the robot goes on with the {other} one"))
+}
+
+fn fault_line(fault: &FaultReport) -> String {
+    let off = match fault.bridge_off_after_s {
+        Some(0.0) if !fault.bridge_was_on => "the bridge was off already".to_owned(),
+        Some(0.0) => "bridge off in the same tick".to_owned(),
+        Some(after) => format!("bridge off {:.0} ms later", after * 1e3),
+        None => "the bridge stays on".to_owned(),
+    };
+    let cause = fault.cause.as_deref().unwrap_or("not noticed");
+    match &fault.injected {
+        Some(injected) => {
+            let line = format!("fault at {:.3} s: {injected}: {cause}, {off}", fault.at_s);
+            unnoticed(fault, injected).map_or(line.clone(), |more| format!("{line}; {more}"))
+        }
+        None => format!("fault at {:.3} s: {cause}, {off}", fault.at_s),
+    }
+}
+
+/// Of a fault that the supervisor said nothing about: what it has done to the estimate, and whether it was to be found.
+fn unnoticed(fault: &FaultReport, injected: &str) -> Option<String> {
+    if fault.cause.is_some() || fault.bridge_off_after_s == Some(0.0) && !fault.bridge_was_on {
+        return None;
+    }
+    let promise = match Break::all().find(|what| what.name() == injected)?.promise() {
+        Promise::Found => "the supervisor is to find it: was there time?",
+        Promise::Borne => "a held speed is to bear it",
+        Promise::NotFound => "nothing is made to find it",
+    };
+    let error = fault.estimate_rms_deg.map(|deg| format!("estimate off by {deg:.1}° RMS since; "));
+    Some(error.unwrap_or_default() + promise)
+}
+
+/// One row an order.
+fn orders(trace: &Trace) -> String {
+    let rows = trace.segments().into_iter().map(|(order, from, to)| {
+        let m = simulation::metrics_of(trace, order, from, to);
+        let time = |tick: usize| format!("{:.2}", tick as f64 * trace.tick_s);
+        vec![
+            order.to_string(),
+            time(from),
+            time(to),
+            table::or_dash(m.mean_frequency_hz, 3, ""),
+            table::or_dash(m.settling_s, 3, ""),
+            table::or_dash(m.turning_error_worst_deg, 1, ""),
+            format!("{:.0}", 1e3 * m.peak_current_a),
+        ]
+    });
+    table::columns(&["order", "from / s", "to / s", "mean / Hz", "settled / s", "worst turn / °", "peak / mA"], rows)
+}
+
+/// The figures of the last order, those that it has.
+fn happened<'a>(trace: &Trace, m: &Metrics) -> Vec<(&'a str, String)> {
+    let order = trace.segments().last().map(|(order, ..)| *order);
+    let mut rows = Vec::new();
+    let mean = table::or_dash(m.mean_frequency_hz, 4, "Hz");
+    match order {
+        Some(Order::Freq { hz }) => {
+            let off = m.mean_frequency_hz.filter(|_| hz != 0.0).map(|mean| 100.0 * (mean / hz - 1.0));
+            let off = off.map_or_else(String::new, |off| format!(" ({off:+.3} % of {hz} Hz)"));
+            rows.push(("mean frequency, last second", format!("{mean}{off}")));
+            rows.push(("angle known after", table::or_dash(m.acquired_s.map(|s| 1e3 * s), 0, "ms")));
+            rows.push(("one-turn average within 2 % after", table::or_dash(m.settling_s, 3, "s")));
+            rows.push(("instantaneous speed within 2 % after", table::or_dash(m.settling_instantaneous_s, 3, "s")));
+            rows.push(("phase error, last second, RMS", table::or_dash(m.phase_rms_deg, 2, "°")));
+        }
+        Some(Order::Oscillate { .. }) => {
+            let turns = m.turning_points_deg.len();
+            let median = table::or_dash(m.turning_error_median_deg, 1, "°");
+            let worst = table::or_dash(m.turning_error_worst_deg, 1, "°");
+            rows.push(("angle known after", table::or_dash(m.acquired_s.map(|s| 1e3 * s), 0, "ms")));
+            rows.push(("turning points", format!("{turns}, off by {median} (median), {worst} (worst)")));
+            rows.push(("strokes that ran away", m.strokes_ran_away.to_string()));
+            rows.push(("there and back", table::or_dash(m.oscillation_frequency_hz, 2, "times a second")));
+        }
+        Some(Order::Position { .. }) => {
+            rows.push(("off the target, last half second, RMS", table::or_dash(m.position_rms_deg, 2, "°")));
+        }
+        _ => rows.push(("mean frequency, last second", mean)),
+    }
+    if m.estimate_rms_deg.is_some() {
+        let outside = table::or_dash(m.estimate_rms_deg, 2, "°");
+        let inside = table::or_dash(m.estimate_rms_blind_deg, 2, "°");
+        rows.push(("estimate error outside / inside the blind arc, RMS", format!("{outside} / {inside}")));
+    }
+    let (peak, mean) = (1e3 * m.peak_current_a, 1e3 * m.rms_current_a);
+    rows.push(("current, peak / RMS", format!("{peak:.0} / {mean:.0} mA")));
+    rows.push(("energy taken by the bridge", format!("{:.2} J", m.energy_j)));
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bridge_that_was_on_until_the_tick_of_the_fault_was_not_off_already() {
+        let fault = |was_on, after| FaultReport {
+            cause: Some("Stall".into()),
+            injected: None,
+            at_s: 0.211,
+            bridge_off_after_s: after,
+            bridge_was_on: was_on,
+            estimate_rms_deg: None,
+        };
+        for (was_on, after, said) in [
+            (true, Some(0.0), "bridge off in the same tick"),
+            (false, Some(0.0), "the bridge was off already"),
+            (true, Some(0.25), "bridge off 250 ms later"),
+            (true, None, "the bridge stays on"),
+        ] {
+            assert_eq!(fault_line(&fault(was_on, after)), format!("fault at 0.211 s: Stall, {said}"));
+        }
+    }
+}

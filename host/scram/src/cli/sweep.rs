@@ -1,0 +1,371 @@
+//! `scram sweep`
+
+mod words;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use description::edit::Document;
+use hal_sim::body::Precision;
+use miette::{Report, miette};
+use plot::figures;
+use serde::Serialize;
+use sweep::claims::{self, Verdict};
+use sweep::{
+    Axis, Campaign, Component, Conditions, Design, DriveKind, INTERVAL_S, Lock, LockError, MOST_RUNS, Measured,
+    Robustness, RunSettings, Search, Stat, SweepError, Swept, Target, What, Workshop,
+};
+use words::{Bar, claim_text, robustness_table, search_text, speeds_table, warn_notes, warn_unmatched};
+
+use super::{Common, Done, Failure, print, print_json, say};
+
+/// Longest run, s.
+const LONGEST_S: f64 = 600.0;
+/// Repeats of the thesis.
+const REPEATS: u64 = 3;
+/// Conditions that a table on the screen shows.
+const MOST_SHOWN: usize = 60;
+
+/// Run the robot on the ground under many conditions, several times each, over all cores
+///
+/// Without --axis: the thesis's experiments, f = ±6, ±7, ±8 Hz and α = 0, 60, 90, 120°. Writes a table with a row a run
+/// (sweep.csv), what was swept (sweep.toml) and plots (SVG) into --out. Killed, it goes on where it was when the same is
+/// run again. f is positive clockwise seen from above; speeds are means over the second half of a run, in the frame of
+/// its start: vx ahead, vy to the left, yaw counter-clockwise.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    scram sweep --sensitivity                        the thesis's Figs 3.4, 3.5, 5.1 and 5.2\n  \
+    scram sweep --measured speeds.csv                beside measured speeds, with the error (5.1)\n  \
+    scram sweep --axis f=7 --axis ground.friction=0.5:1.0:6\n  \
+    scram sweep --axis 'backbone.roll_deg[1]=0:90:7' --axis 'backbone.roll_deg[3]=0:90:7'\n  \
+    scram sweep --axis body.modules=2:8:7 --axis f=-7,7 --drive ideal\n  \
+    scram sweep --claims                             what the thesis says, and whether it holds\n  \
+    scram sweep --search 500                         numbers for which most of it holds\n\n\
+    Axes: f (Hz), alpha (deg), body.modules, backbone.roll_deg[N], or any quantity of the robot file. With --axis only \
+    what is named varies; f is then 7 Hz and α the file's unless named. See docs/sweep.md.")]
+pub struct Sweep {
+    /// What is varied: PATH=from:to:count or PATH=v1,v2,…; repeatable
+    #[arg(long = "axis", value_name = "PATH=VALUES", allow_hyphen_values = true)]
+    axes: Vec<String>,
+    /// Runs of every condition, each with a seed of its own, from --seed on [default: 3; 1 for --search, with no noise]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    repeats: Option<u64>,
+    /// Length of a run, s
+    #[arg(long, default_value_t = 2.0, value_parser = seconds)]
+    seconds: f64,
+    /// Integration step, s; must go into 10 ms and into the robot's control period
+    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4)]
+    step: f64,
+    /// What turns the eccentric
+    #[arg(long, value_enum, default_value_t = Turns::Motor)]
+    drive: Turns,
+    /// Phase error of the ideal shaft, root mean square, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 2.0, value_parser = phase_noise)]
+    phase_noise: f64,
+    /// Advance the bodies in single precision: about twice as fast
+    #[arg(long)]
+    single: bool,
+    /// Run everything with 10 % more friction, too: sensitivity (5.2) and effectiveness (5.3)
+    #[arg(long)]
+    sensitivity: bool,
+    /// Measured speeds to compare with: f_hz, alpha_deg, vx_mm_per_s, vy_mm_per_s, yaw_deg_per_s
+    #[arg(long, value_name = "CSV", conflicts_with_all = ["claims", "search"])]
+    measured: Option<PathBuf>,
+    /// Judge the thesis's qualitative claims
+    #[arg(long, conflicts_with_all = ["axes", "sensitivity", "search"])]
+    claims: bool,
+    /// Try so many sets of the unknown numbers, within the robot file's spreads, for one that makes most claims hold
+    #[arg(long, value_name = "SETS", conflicts_with_all = ["axes", "sensitivity", "drive"],
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    search: Option<u32>,
+    /// Threads [default: one a core]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Begin anew: delete what --out has of an earlier sweep
+    #[arg(long)]
+    fresh: bool,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What turns the eccentric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Turns {
+    /// The firmware's controller with the simulated motor, sensor and battery
+    Motor,
+    /// A shaft at exactly the frequency but for a start angle and a phase error
+    Ideal,
+}
+
+fn between(text: &str, low: f64, high: f64, what: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ => Err(format!("{what} must be a number from {low} to {high}")),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    between(text, 0.1, LONGEST_S, "seconds")
+}
+
+fn phase_noise(text: &str) -> Result<f64, String> {
+    between(text, 0.0, 90.0, "the phase error")
+}
+
+/// What `--json` prints and `sweep.json` has.
+#[derive(Serialize)]
+struct Summary {
+    robot: String,
+    runs: usize,
+    resumed: usize,
+    /// Runs without speeds.
+    blown_up: usize,
+    /// Runs with a note.
+    notes: usize,
+    conditions: Vec<Line>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robustness: Option<Vec<(Component, Robustness)>>,
+    files: Vec<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Line {
+    /// By axis.
+    point: serde_json::Map<String, serde_json::Value>,
+    vx_mm_per_s: Stat,
+    vy_mm_per_s: Stat,
+    yaw_deg_per_s: Stat,
+    energy_j_per_m: Stat,
+}
+
+/// What `--claims --json` prints.
+#[derive(Serialize)]
+struct Judged<'a> {
+    robot: &'a str,
+    holds: usize,
+    of: usize,
+    claims: &'a [Verdict],
+    file: &'a PathBuf,
+}
+
+impl Sweep {
+    pub fn run(&self) -> Done {
+        let axes = Axis::parse_all(&self.axes).map_err(|error| Failure::Usage(error.into()))?;
+        let robot = self.common.robot()?;
+        let document = Document::load(&self.common.robot).map_err(Report::from)?;
+        self.check_step(&robot)?;
+        let workshop = Workshop::new(document, robot).map_err(Report::from)?;
+        if let Some(sets) = self.search {
+            return self.search(&workshop, sets as usize);
+        }
+        if self.claims {
+            return self.judge(&workshop);
+        }
+        let measured = self.measured.as_deref().map(Measured::read).transpose().map_err(Report::from)?;
+        let (swept, _lock) = self.sweep(&workshop, axes)?;
+        self.tell(&workshop, &swept, measured.as_ref())
+    }
+
+    /// The step goes into the time between two pictures and into the control period.
+    fn check_step(&self, robot: &description::Robot) -> Result<(), Failure> {
+        let tick_s = robot.controller.as_ref().map_or(INTERVAL_S, |controller| controller.tick_s.value);
+        let goes = |time: f64| {
+            let count = time / self.step;
+            count >= 0.999 && (count - count.round()).abs() < 1e-6 * count
+        };
+        let motor = self.drive == Turns::Motor && self.search.is_none();
+        if self.step > 0.0 && goes(INTERVAL_S) && (!motor || goes(tick_s)) {
+            return Ok(());
+        }
+        let periods = if motor { format!("10 ms and the control period of {tick_s} s") } else { "10 ms".into() };
+        Err(Failure::Usage(miette!(help = "e.g. 1e-4, 2e-4, 5e-5", "--step {} does not go into {periods}", self.step)))
+    }
+
+    fn settings(&self) -> RunSettings {
+        let drive = match self.drive {
+            Turns::Motor => DriveKind::Motor,
+            Turns::Ideal => DriveKind::Ideal { phase_noise: self.phase_noise.to_radians() },
+        };
+        let precision = if self.single { Precision::Single } else { Precision::Double };
+        RunSettings { drive, seconds: self.seconds, step_s: self.step, precision }
+    }
+
+    fn seeds(&self) -> Vec<u64> {
+        (0..self.repeats.unwrap_or(REPEATS)).map(|repeat| self.common.seed.wrapping_add(repeat)).collect()
+    }
+
+    fn target<'a>(&'a self, stem: &'a str, paths: bool) -> Target<'a> {
+        Target { directory: &self.common.out, stem, paths, fresh: self.fresh }
+    }
+
+    /// Makes the directory and keeps other sweeps out of it until everything is written.
+    fn lock(&self) -> Result<Option<Lock>, Report> {
+        let out = &self.common.out;
+        std::fs::create_dir_all(out)
+            .map_err(|error| miette!("the directory {} cannot be made: {error}", out.display()))?;
+        match Lock::take(out) {
+            Ok(lock) => Ok(Some(lock)),
+            Err(busy @ LockError::Busy { .. }) => Err(busy.into()),
+            Err(unavailable) => {
+                say(&format!("warning: {unavailable}; run no other sweep there"));
+                Ok(None)
+            }
+        }
+    }
+
+    /// Runs a campaign with a bar on a terminal.
+    fn campaign(&self, campaign: Campaign<'_>, stem: &str, paths: bool) -> Result<(Swept, Option<Lock>), Failure> {
+        let lock = self.lock()?;
+        let mut bar = Bar::new("runs");
+        let swept = campaign
+            .run(&self.target(stem, paths), self.threads.map(usize::from), &mut |done, total| bar.show(done, total))
+            .map_err(failure)?;
+        bar.end();
+        if swept.resumed > 0 {
+            say(&format!("{} of {} runs were in {} already", swept.resumed, swept.runs.len(), swept.file.display()));
+        }
+        Ok((swept, lock))
+    }
+
+    fn sweep(&self, workshop: &Workshop, given: Vec<Axis>) -> Result<(Swept, Option<Lock>), Failure> {
+        let mut axes = if given.is_empty() { Design::thesis() } else { given };
+        let count = Design::count(&axes, self.repeats.unwrap_or(REPEATS) as usize);
+        if count > MOST_RUNS {
+            return Err(Failure::Usage(miette!(
+                help = "fewer values or repeats; several sweeps into several directories",
+                "{count} runs are more than {MOST_RUNS}"
+            )));
+        }
+        for warning in workshop.check(&axes).map_err(|error| Failure::Usage(error.into()))? {
+            say(&format!("warning: {warning}"));
+        }
+        // Paths are worth a picture where frequency and α are all that varies.
+        let paths = axes.iter().all(|axis| matches!(axis.what, What::Frequency | What::Alpha));
+        if self.sensitivity {
+            axes.push(Design::friction_axis());
+        }
+        let design = Design::product(axes, self.seeds());
+        let campaign = Campaign::new(workshop, design, self.settings()).map_err(failure)?;
+        self.campaign(campaign, "sweep", paths)
+    }
+
+    fn tell(&self, workshop: &Workshop, swept: &Swept, measured: Option<&Measured>) -> Done {
+        let conditions = Conditions::new(&swept.design, &swept.runs);
+        if let Some(measured) = measured {
+            warn_unmatched(measured, &conditions.at_friction(1.0));
+        }
+        let mut files = vec![swept.file.clone()];
+        files.extend(swept.paths_file.clone());
+        for (name, svg) in figures::draw(swept, measured).map_err(Report::from)? {
+            files.push(self.common.write(&format!("{name}.svg"), &svg)?);
+        }
+        let robustness: Option<Vec<_>> =
+            Component::ALL.iter().map(|c| conditions.robustness(*c).map(|r| (*c, r))).collect();
+        let blown_up = swept.runs.iter().filter(|run| run.measures.vx.is_none()).count();
+        let mut summary = Summary {
+            robot: workshop.robot().name.clone(),
+            runs: swept.runs.len(),
+            resumed: swept.resumed,
+            blown_up,
+            notes: swept.runs.iter().filter(|run| !run.note.is_empty()).count(),
+            conditions: lines(&conditions),
+            robustness,
+            files,
+        };
+        warn_notes(swept, &summary);
+        if self.common.json {
+            summary.files.push(self.common.out.join("sweep.json"));
+            let text = serde_json::to_string_pretty(&summary).map_err(|error| miette!("sweep.json: {error}"))?;
+            self.common.write("sweep.json", &(text + "\n"))?;
+            print_json(&summary)?;
+            return Ok(());
+        }
+        let each = format!("{} conditions, {} runs of {} s", conditions.conditions.len(), summary.runs, self.seconds);
+        print(&format!(
+            "{}: {each}, drive {}",
+            summary.robot,
+            if self.drive == Turns::Motor { "motor" } else { "ideal" }
+        ));
+        if conditions.conditions.len() <= MOST_SHOWN {
+            print(&speeds_table(&conditions));
+            if let Some(robustness) = &summary.robustness {
+                print(&robustness_table(&conditions.at_friction(1.0), robustness));
+            }
+        }
+        print(&format!("written: {}", super::sim::listed(&summary.files)));
+        Ok(())
+    }
+
+    fn judge(&self, workshop: &Workshop) -> Done {
+        let design = claims::design(self.seeds());
+        let campaign = Campaign::new(workshop, design, self.settings()).map_err(failure)?;
+        let (swept, _lock) = self.campaign(campaign, "claims", false)?;
+        let verdicts = claims::judge(&Conditions::new(&swept.design, &swept.runs));
+        let holds = verdicts.iter().filter(|verdict| verdict.holds == Some(true)).count();
+        let judged =
+            Judged { robot: &workshop.robot().name, holds, of: verdicts.len(), claims: &verdicts, file: &swept.file };
+        let text = serde_json::to_string_pretty(&judged).map_err(|error| miette!("claims.json: {error}"))?;
+        let json = self.common.write("claims.json", &(text + "\n"))?;
+        if self.common.json {
+            print_json(&judged)?;
+            return Ok(());
+        }
+        for verdict in &verdicts {
+            print(&claim_text(verdict));
+        }
+        print(&format!("{}: {holds} of {} claims hold", judged.robot, judged.of));
+        print(&format!("written: {}", super::sim::listed(&[swept.file.clone(), json])));
+        Ok(())
+    }
+
+    fn search(&self, workshop: &Workshop, sets: usize) -> Done {
+        let _lock = self.lock()?;
+        // One run of a condition has nothing random in it; more of them have what an ideal shaft has.
+        let (drive, seeds) = match self.repeats {
+            None | Some(1) => (DriveKind::Exact, vec![self.common.seed]),
+            Some(_) => (DriveKind::Ideal { phase_noise: self.phase_noise.to_radians() }, self.seeds()),
+        };
+        let settings = RunSettings { drive, precision: Precision::Single, ..self.settings() };
+        let search = Search::new(workshop, sets, self.common.seed, settings, seeds);
+        let mut bar = Bar::new("sets");
+        let found = search
+            .run(&self.target("search", false), self.threads.map(usize::from), &mut |done, total| bar.show(done, total))
+            .map_err(failure)?;
+        bar.end();
+        let values: Vec<f64> = found.values.iter().map(|(_, value)| *value).collect();
+        let mut document = search.document(&values).map_err(failure)?;
+        let name = format!("{}-claims", workshop.robot().name);
+        let summary =
+            format!("Set {} of a search for the thesis's claims: {} of them hold.", found.best, found.best_holds.len());
+        document.set_name(&name, &summary).map_err(Report::from)?;
+        let file = self.common.out.join("best.toml");
+        self.common.save(&document, &file)?;
+        if self.common.json {
+            print_json(&found)?;
+            return Ok(());
+        }
+        print(&search_text(&found));
+        print(&format!("written: {}", super::sim::listed(&[found.file.clone(), file.clone()])));
+        print(&format!("judge it with motor and noise: scram sweep --claims --robot {}", file.display()));
+        Ok(())
+    }
+}
+
+/// Axes that lead nowhere are wrong usage.
+fn failure(error: SweepError) -> Failure {
+    match error {
+        SweepError::Axis(_) => Failure::Usage(error.into()),
+        _ => Failure::Failed(error.into()),
+    }
+}
+
+fn lines(conditions: &Conditions) -> Vec<Line> {
+    let line = |condition: &sweep::Condition| Line {
+        point: conditions.axes.iter().map(What::column).zip(condition.point.iter().map(|v| (*v).into())).collect(),
+        vx_mm_per_s: condition.speed(Component::Longitudinal),
+        vy_mm_per_s: condition.speed(Component::Lateral),
+        yaw_deg_per_s: condition.speed(Component::Rotational),
+        energy_j_per_m: condition.stat(|measures| measures.energy_j_per_m),
+    };
+    conditions.conditions.iter().map(line).collect()
+}

@@ -1,0 +1,31 @@
+//! The command console: what was typed becomes orders, what the robots tell becomes something to look at, and everything
+//! is recorded. The same on a dongle's serial port and on a simulation: it cannot tell them apart.
+//!
+//! [`engine`] is the console without a screen, [`model`] what there is to show, [`screen`] shows it.
+
+mod command;
+mod complete;
+mod context;
+mod diary;
+pub mod engine;
+pub mod model;
+mod orders;
+mod program;
+mod reports;
+pub mod runner;
+pub mod screen;
+
+pub use complete::{Candidate, Completion};
+pub use engine::Engine;
+pub use orders::{Reply, parameter_line};
+
+/// Every command: how it is typed, and what it does.
+pub use command::HELP;
+
+/// Says what is wrong with a line, without doing anything.
+///
+/// # Errors
+/// The first thing that is wrong.
+pub fn check(line: &str) -> Result<(), String> {
+    command::parse(line).map(drop)
+}

@@ -1,0 +1,25 @@
+//! What several tests need.
+
+#![allow(dead_code, reason = "every test binary uses its own part of this")]
+
+#[path = "../../../link/tests/common/bench.rs"]
+pub mod bench;
+pub mod command;
+
+use std::path::{Path, PathBuf};
+
+use description::Robot;
+
+/// The project's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The robot file of the project.
+pub fn robot_file() -> PathBuf {
+    root().join("robot.toml")
+}
+
+pub fn robot() -> Robot {
+    Robot::load(&robot_file()).expect("robot.toml")
+}

@@ -1,0 +1,83 @@
+//! The processor in the loop: RISC-V machine code in QEMU makes the recording that the host's own controller makes.
+//! Skipped, and said so, where QEMU or a toolchain for RISC-V is missing.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use scram::hil::{HilError, PROGRAM, Qemu};
+
+const SCRAM: &str = env!("CARGO_BIN_EXE_scram");
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The program for QEMU; `None` where this machine cannot build or run it.
+fn program() -> Option<PathBuf> {
+    if let Err(HilError::NoQemu) = Qemu::is_installed() {
+        eprintln!("skipped: there is no {PROGRAM}");
+        return None;
+    }
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.current_dir(root()).args(["run", "--quiet", "--package", "xtask", "--", "build-pil"]);
+    let output = cargo.output().expect("cargo starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    if said.contains("no Rust toolchain here has") || said.contains("the linker for riscv32imc") {
+        eprintln!("skipped: {said}");
+        return None;
+    }
+    assert!(output.status.success(), "firmware/pil does not build:\n{said}");
+    let path = String::from_utf8_lossy(&output.stdout).lines().last().map(PathBuf::from);
+    Some(path.expect("build-pil prints a path"))
+}
+
+/// Runs a subcommand; what it printed on stdout.
+fn scram(arguments: &[&str], out: &Path) -> serde_json::Value {
+    let mut command = Command::new(SCRAM);
+    command
+        .current_dir(root())
+        .args(arguments)
+        .args(["--drive", "freq:7", "--seconds", "2", "--json", "--out"])
+        .arg(out);
+    let output = command.output().expect("scram starts");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+#[test]
+fn qemu_makes_the_recording_of_sim() {
+    let Some(elf) = program() else { return };
+    let elf = elf.to_str().expect("a path in UTF-8");
+    let out = tempfile::tempdir().expect("a folder");
+    let (ours, theirs) = (out.path().join("sim"), out.path().join("hil"));
+    let sim = scram(&["sim"], &ours);
+    let hil = scram(&["hil", "--qemu", "--elf", elf], &theirs);
+    for name in ["run.mcap", "run.csv", "run.toml"] {
+        let read = |folder: &Path| std::fs::read(folder.join(name)).expect(name);
+        assert!(read(&ours) == read(&theirs), "{name} differs");
+    }
+    assert_eq!(sim["mean_frequency_hz"], hil["mean_frequency_hz"]);
+    let mean = hil["mean_frequency_hz"].as_f64().expect("a frequency");
+    assert!((mean / 7.0 - 1.0).abs() < 5e-3, "{mean} Hz");
+    let chip = &hil["chip"];
+    assert!(chip["cost_worst"].as_u64() > Some(1000) && chip["stack_bytes"].as_u64() > Some(100), "{chip}");
+    assert_eq!((&chip["bad_frames_here"], &chip["bad_frames_there"]), (&0.into(), &0.into()), "{chip}");
+}
+
+#[test]
+fn what_is_no_program_ends_with_a_reason() {
+    if Qemu::is_installed().is_err() {
+        eprintln!("skipped: there is no {PROGRAM}");
+        return;
+    }
+    let run = |elf: &str| {
+        let output = Command::new(SCRAM).current_dir(root()).args(["hil", "--qemu", "--elf", elf]).output();
+        let output = output.expect("scram starts");
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let said = run("no/such/program");
+    assert!(said.contains("there is no program no/such/program") && said.contains("build-pil"), "{said}");
+    let said = run("robot.toml");
+    assert!(said.contains("nobody answers") || said.contains("ended"), "{said}");
+}

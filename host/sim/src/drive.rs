@@ -1,0 +1,321 @@
+//! What the robot is told during a run, as a person types it: hertz and degrees.
+//!
+//! `freq:7`, `oscillate:-100..100`, `position:30`, `duty:0.6`, or `script:FILE` with one order a line; the format is
+//! in `docs/recordings.md`.
+
+use std::path::{Path, PathBuf};
+
+use control::{Command, Stroke};
+
+use common::conventions::{omega_from_frequency, radians};
+
+/// One order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Hold an actuation frequency, Hz, the thesis's sign.
+    Freq {
+        /// Frequency, Hz, positive clockwise.
+        hz: f64,
+    },
+    /// Swing between two angles.
+    Oscillate {
+        /// Lower bound, degrees.
+        from_deg: f64,
+        /// Upper bound, degrees.
+        to_deg: f64,
+        /// How a stroke is driven.
+        style: Stroke,
+    },
+    /// Go to an angle.
+    Position {
+        /// Target, degrees.
+        deg: f64,
+    },
+    /// Open loop: the bridge gets this duty and the controller only watches, for recordings to identify from.
+    Duty {
+        /// −1 … 1, positive counter-clockwise.
+        duty: f64,
+    },
+    /// Bridge off, the shaft turns out.
+    Coast,
+    /// Bridge off.
+    Idle,
+    /// Leave the fault state.
+    Clear,
+}
+
+impl Order {
+    /// What the controller is told.
+    #[must_use]
+    pub fn command(self) -> Command {
+        match self {
+            Self::Freq { hz } => Command::Speed { omega: omega_from_frequency(hz) as f32 },
+            Self::Oscillate { from_deg, to_deg, style } => {
+                Command::Oscillate { from: radians(from_deg) as f32, to: radians(to_deg) as f32, style }
+            }
+            Self::Position { deg } => Command::Position { angle: radians(deg) as f32 },
+            Self::Coast => Command::Coast,
+            Self::Idle => Command::Idle,
+            Self::Duty { duty } => Command::Duty { duty: duty as f32 },
+            Self::Clear => Command::ClearFault,
+        }
+    }
+
+    /// The kind of order, as it is typed.
+    #[must_use]
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::Freq { .. } => "freq",
+            Self::Oscillate { .. } => "oscillate",
+            Self::Position { .. } => "position",
+            Self::Duty { .. } => "duty",
+            Self::Coast => "coast",
+            Self::Idle => "idle",
+            Self::Clear => "clear",
+        }
+    }
+}
+
+impl std::fmt::Display for Order {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let kind = self.kind();
+        match self {
+            Self::Freq { hz } => write!(f, "{kind} {hz}"),
+            Self::Oscillate { from_deg, to_deg, style: Stroke::BangBang } => write!(f, "{kind} {from_deg}..{to_deg}"),
+            Self::Oscillate { from_deg, to_deg, style: Stroke::Proportional } => {
+                write!(f, "{kind} {from_deg}..{to_deg} proportional")
+            }
+            Self::Position { deg } => write!(f, "{kind} {deg}"),
+            Self::Duty { duty } => write!(f, "{kind} {duty}"),
+            Self::Coast | Self::Idle | Self::Clear => f.write_str(kind),
+        }
+    }
+}
+
+/// An order and its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Seconds since the start.
+    pub at_s: f64,
+    /// What is ordered.
+    pub order: Order,
+}
+
+/// The orders of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// In the order of their times.
+    pub steps: Vec<Step>,
+    /// When a script ends, s.
+    pub end_s: Option<f64>,
+}
+
+/// Why a drive is not understood.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum DriveError {
+    /// Not one of the forms.
+    #[error("drive `{text}`: {problem}")]
+    #[diagnostic(help(
+        "freq:HZ, oscillate:FROM..TO (degrees), position:DEG, duty:SHARE or script:FILE, e.g. freq:7 or oscillate:-100..100"
+    ))]
+    Drive {
+        /// What was typed.
+        text: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A line of a script.
+    #[error("{}, line {line}: {problem}", path.display())]
+    #[diagnostic(help(
+        "a line is `[SECONDS] ORDER`, e.g. `0.5 freq 7`, `oscillate -100..100`, `position 30`, `duty 0.6`, `coast`, \
+         `idle`, `clear`, or `wait 0.5`; # begins a comment"
+    ))]
+    Script {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The script cannot be read.
+    #[error("{}: {source}", path.display())]
+    #[diagnostic(help("check the name after script:"))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+}
+
+impl Drive {
+    /// One order from the start on.
+    #[must_use]
+    pub fn constant(order: Order) -> Self {
+        Self { steps: vec![Step { at_s: 0.0, order }], end_s: None }
+    }
+
+    /// What `--drive` takes.
+    ///
+    /// # Errors
+    /// Not one of the forms, or the script has a wrong line.
+    pub fn parse(text: &str) -> Result<Self, DriveError> {
+        let (kind, argument) = text.split_once(':').unwrap_or((text, ""));
+        if kind == "script" {
+            return Self::load(Path::new(argument));
+        }
+        order(kind, argument)
+            .map(Self::constant)
+            .map_err(|problem| DriveError::Drive { text: text.to_owned(), problem })
+    }
+
+    fn load(path: &Path) -> Result<Self, DriveError> {
+        let text = std::fs::read_to_string(path).map_err(|source| DriveError::Io { path: path.to_owned(), source })?;
+        Self::parse_script(&text, path)
+    }
+
+    /// The text of a script; `path` is for messages.
+    ///
+    /// # Errors
+    /// The first line that is wrong.
+    pub fn parse_script(text: &str, path: &Path) -> Result<Self, DriveError> {
+        let mut clock_s = 0.0;
+        let mut steps = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            let wrong = |problem| DriveError::Script { path: path.to_owned(), line: index + 1, problem };
+            let line = line.split('#').next().unwrap_or_default().trim();
+            let Some((first, rest)) = split_word(line) else { continue };
+            let (kind, argument) = match first.parse::<f64>() {
+                Ok(at_s) => {
+                    if !at_s.is_finite() || at_s < clock_s {
+                        return Err(wrong(format!("time {at_s} is before {clock_s}")));
+                    }
+                    clock_s = at_s;
+                    split_word(rest).ok_or_else(|| wrong("a time without an order".into()))?
+                }
+                Err(_) => (first, rest),
+            };
+            if kind == "wait" {
+                let wait = number(argument).map_err(wrong)?;
+                if wait < 0.0 {
+                    return Err(wrong(format!("cannot wait {wait} s")));
+                }
+                clock_s += wait;
+            } else {
+                steps.push(Step { at_s: clock_s, order: order(kind, argument).map_err(wrong)? });
+            }
+        }
+        if steps.is_empty() {
+            return Err(DriveError::Script { path: path.to_owned(), line: 1, problem: "no order in it".into() });
+        }
+        Ok(Self { steps, end_s: (clock_s > 0.0).then_some(clock_s) })
+    }
+}
+
+/// The first word and what comes after it.
+fn split_word(text: &str) -> Option<(&str, &str)> {
+    let text = text.trim();
+    if text.is_empty() {
+        return None;
+    }
+    Some(text.split_once(char::is_whitespace).unwrap_or((text, "")))
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ if text.trim().is_empty() => Err("a number is missing".into()),
+        _ => Err(format!("`{}` is not a number", text.trim())),
+    }
+}
+
+impl Order {
+    /// Reads an order: its kind, and what comes after it.
+    ///
+    /// # Errors
+    /// What is wrong, for a person.
+    pub fn parse(kind: &str, argument: &str) -> Result<Self, String> {
+        order(kind, argument)
+    }
+}
+
+fn order(kind: &str, argument: &str) -> Result<Order, String> {
+    let argument = argument.trim();
+    let bare = |order| if argument.is_empty() { Ok(order) } else { Err(format!("`{kind}` takes nothing after it")) };
+    match kind {
+        "freq" => Ok(Order::Freq { hz: number(argument)? }),
+        "oscillate" => {
+            let (range, style) = match argument.strip_suffix("proportional") {
+                Some(range) => (range.trim_end(), Stroke::Proportional),
+                None => (argument, Stroke::BangBang),
+            };
+            let apart = range.split_once("..").or_else(|| range.split_once(char::is_whitespace));
+            let (from, to) = apart.ok_or_else(|| format!("`{range}` is not FROM..TO"))?;
+            let (from_deg, to_deg) = (number(from)?, number(to)?);
+            if from_deg >= to_deg {
+                return Err(format!("{from_deg}° must be below {to_deg}°"));
+            }
+            Ok(Order::Oscillate { from_deg, to_deg, style })
+        }
+        "position" => Ok(Order::Position { deg: number(argument)? }),
+        "duty" => {
+            let duty = number(argument)?;
+            if duty.abs() > 1.0 {
+                return Err(format!("duty {duty} is outside −1 … 1"));
+            }
+            Ok(Order::Duty { duty })
+        }
+        "coast" => bare(Order::Coast),
+        "idle" => bare(Order::Idle),
+        "clear" => bare(Order::Clear),
+        other => Err(format!("no order `{other}`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_forms_of_drive() {
+        let drive = Drive::parse("oscillate:-100..100").unwrap();
+        let style = Stroke::BangBang;
+        assert_eq!(drive, Drive::constant(Order::Oscillate { from_deg: -100.0, to_deg: 100.0, style }));
+        assert_eq!(Drive::parse("freq:-7").unwrap(), Drive::constant(Order::Freq { hz: -7.0 }));
+        for wrong in [
+            "",
+            "freq",
+            "freq:",
+            "freq:x",
+            "freq:inf",
+            "freq:nan",
+            "oscillate:5",
+            "oscillate:5..-5",
+            "duty:2",
+            "position:",
+            "spin:3",
+            "coast:3",
+        ] {
+            assert!(matches!(Drive::parse(wrong), Err(DriveError::Drive { .. })), "{wrong}");
+        }
+        assert!(matches!(Drive::parse("script:/nowhere/at/all"), Err(DriveError::Io { .. })));
+    }
+
+    #[test]
+    fn a_script_has_a_clock() {
+        let text =
+            "# warm up\nfreq 7\nwait 0.5   # turning\nfreq -7\n2 oscillate -100..100 proportional\nwait 1\n\ncoast\n";
+        let drive = Drive::parse_script(text, Path::new("s")).unwrap();
+        let at: Vec<f64> = drive.steps.iter().map(|step| step.at_s).collect();
+        assert_eq!(at, [0.0, 0.5, 2.0, 3.0]);
+        assert_eq!(drive.end_s, Some(3.0));
+        assert_eq!(drive.steps[2].order.to_string(), "oscillate -100..100 proportional");
+        for (wrong, line) in [("freq 7\n-1 freq 3", 2), ("1 freq 7\n0.5 idle", 2), ("wait x", 1), ("", 1), ("2", 1)] {
+            match Drive::parse_script(wrong, Path::new("s")) {
+                Err(DriveError::Script { line: found, .. }) => assert_eq!(found, line, "{wrong}"),
+                other => panic!("{wrong}: {other:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! The firmware's decisions on the simulated robot: both advance in virtual time, one control period at a time.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use hal_sim::Settings;
+//! use simulation::{Drive, Plan, metrics, run};
+//!
+//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let plan = Plan { drive: Drive::parse("freq:7")?, seconds: 2.0, faults: Vec::new() };
+//! let trace = run(&robot, 1, &Settings::default(), &plan)?;
+//! let frequency = metrics(&trace).mean_frequency_hz.expect("it turns");
+//! assert!((frequency - 7.0).abs() < 0.05);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What it does not do:
+//!
+//! * It simulates no radio and none of the tasks around the controller: `workbench` does.
+//! * It draws nothing: the crate `plot` does.
+//! * It takes no wall-clock time into account: the same robot file, seed and [`Plan`] give the same bits.
+
+mod blow_up;
+mod clamped_metrics;
+mod decide;
+mod drive;
+mod export;
+mod faults;
+mod ground;
+mod metrics;
+mod strokes;
+mod track_csv;
+mod walk_metrics;
+mod world;
+
+use control::parameters::Limits;
+use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, State, Telemetry};
+use description::robot::Robot;
+use hal_sim::body::plan::PlanError;
+use hal_sim::{Settings, SimulatedRobot, Truth};
+
+use common::conventions::{degrees, frequency_from_omega};
+
+pub use blow_up::{BlowUp, blow_up};
+pub use clamped_metrics::{ClampedMetrics, clamped_metrics};
+pub use decide::Decide;
+pub use drive::{Drive, DriveError, Order, Step};
+pub use export::{extra_columns, recording, run_log};
+pub use faults::{Break, FaultError, Promise, Scheduled};
+pub use ground::{OnGround, Walk};
+pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
+pub use strokes::{RUNAWAY_DEG, Strokes};
+pub use track_csv::track_csv;
+pub use walk_metrics::{WalkMetrics, mean_speeds, walk_metrics};
+pub use world::World;
+
+/// A console repeats its command this often, s: well within the age at which the supervisor gives up.
+pub const REFRESH_S: f64 = 0.05;
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The orders and their times.
+    pub drive: Drive,
+    /// Length of the run, s.
+    pub seconds: f64,
+    /// What breaks, and when.
+    pub faults: Vec<Scheduled>,
+}
+
+/// One control period: what was measured, decided, believed and true. The actuation holds from this tick to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    /// Time since the start, s.
+    pub time_s: f64,
+    /// What the robot measured.
+    pub sample: Sample,
+    /// What the bridge is told until the next tick.
+    pub actuation: Actuation,
+    /// What the controller believes.
+    pub telemetry: Telemetry,
+    /// What really is.
+    pub truth: Truth,
+}
+
+/// An order as it was given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// Time, s.
+    pub at_s: f64,
+    /// Index of the tick before which it was given.
+    pub tick: usize,
+    /// The order.
+    pub order: Order,
+    /// Why the controller refused it.
+    pub refusal: Option<String>,
+}
+
+/// What the controller was told before a tick, with the time of that tick's sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// Index of the tick.
+    pub tick: usize,
+    /// The order.
+    pub order: Order,
+    /// The order before, repeated.
+    pub repeat: bool,
+}
+
+/// A whole run.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Control period, s.
+    pub tick_s: f64,
+    /// Every tick.
+    pub ticks: Vec<Tick>,
+    /// Every order.
+    pub orders: Vec<Given>,
+    /// Everything that reached the controller, in this order.
+    pub told: Vec<Told>,
+    /// What was broken.
+    pub faults: Vec<Scheduled>,
+    /// What the controller knows about the robot.
+    pub parameters: Parameters,
+}
+
+/// Why there is no run.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum SimError {
+    /// The controller cannot be designed from this robot file.
+    #[error("no controller for this robot: {0}")]
+    #[diagnostic(help(
+        "every number that a design needs is in [controller]; a rig without that can only be diagnosed"
+    ))]
+    Design(description::design::DesignError),
+    /// The design made parameters that the controller refuses.
+    #[error("the controller refuses its parameters: {0}")]
+    #[diagnostic(help("a number in [controller] is out of its range"))]
+    Parameters(control::ParameterError),
+    /// The body cannot be built.
+    #[error("no body for this robot: {0}")]
+    #[diagnostic(help(
+        "the body is described in [body], [backbone], [eccentric], [feet] and [ground], see docs/robot-file.md"
+    ))]
+    Body(PlanError),
+    /// The run is none.
+    #[error("the run {0}")]
+    #[diagnostic(help(
+        "[backbone] of the robot file is too soft to carry the robot, or [backbone] or [feet] stiffer than the step can \
+         carry: it is a tenth of controller.tick_s"
+    ))]
+    BlowUp(#[from] BlowUp),
+}
+
+/// Designs the controller of a robot file and runs it on the simulated robot, on a bench: the shaft without a body.
+///
+/// # Errors
+/// There is no controller for this robot.
+pub fn run(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<Trace, SimError> {
+    Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller(robot)?, plan))
+}
+
+/// Designs the controller of a robot file and runs it on the robot with its body, on the ground.
+///
+/// # Errors
+/// There is no controller for this robot, or no body, or the run blew up.
+pub fn run_on_ground(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<(Trace, Walk), SimError> {
+    let mut controller = controller(robot)?;
+    let mut ground = OnGround::new(robot, seed, settings, plan.seconds).map_err(SimError::Body)?;
+    let Ok(trace) = closed_loop_in(&mut ground, &mut controller, plan);
+    Ok((trace, ground.into_walk()?))
+}
+
+fn controller(robot: &Robot) -> Result<Controller, SimError> {
+    let design = description::design::design(robot).map_err(SimError::Design)?;
+    Controller::new(&design.parameters).map_err(SimError::Parameters)
+}
+
+/// Runs a controller on a simulated robot.
+#[must_use]
+pub fn closed_loop(robot: SimulatedRobot, mut controller: Controller, plan: &Plan) -> Trace {
+    let Ok(trace) = closed_loop_with(robot, &mut controller, plan);
+    trace
+}
+
+/// Runs whoever decides on a simulated robot.
+///
+/// # Errors
+/// The decider cannot be reached.
+pub fn closed_loop_with<D: Decide>(mut robot: SimulatedRobot, decider: &mut D, plan: &Plan) -> Result<Trace, D::Error> {
+    closed_loop_in(&mut robot, decider, plan)
+}
+
+/// Runs whoever decides in any world.
+///
+/// # Errors
+/// The decider cannot be reached.
+pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan: &Plan) -> Result<Trace, D::Error> {
+    let tick_s = robot.tick_s();
+    let limits = decider.parameters().limits;
+    let count = (plan.seconds / tick_s).round().max(1.0) as usize;
+    let refresh = (REFRESH_S / tick_s).round().max(1.0) as usize;
+    let mut ticks = Vec::with_capacity(count);
+    let mut orders: Vec<Given> = Vec::new();
+    let mut told: Vec<Told> = Vec::new();
+    let mut steps = plan.drive.steps.iter().peekable();
+    let mut current: Option<Order> = None;
+    for fault in &plan.faults {
+        if let Break::Robot(part) = fault.what {
+            robot.schedule(part, fault.at_s);
+        }
+    }
+    let link_lost_s =
+        plan.faults.iter().filter(|f| f.what == Break::Link).map(|f| f.at_s).fold(f64::INFINITY, f64::min);
+
+    for index in 0..count {
+        let time_s = index as f64 * tick_s;
+        let linked = time_s < link_lost_s;
+        let sample = robot.sample();
+        // Half a tick of slack: an order at 0.3 s comes before the tick at 0.3 s, whatever the rounding.
+        while let Some(step) = steps.next_if(|step| step.at_s <= time_s + 0.5 * tick_s) {
+            let refusal = if linked {
+                told.push(Told { tick: index, order: step.order, repeat: false });
+                decider
+                    .command(step.order.command(), sample.time_us)?
+                    .err()
+                    .map(|refusal| said(step.order, refusal, &limits))
+            } else {
+                Some("the link is lost".to_owned())
+            };
+            orders.push(Given { at_s: time_s, tick: index, order: step.order, refusal });
+            current = Some(step.order);
+        }
+        if linked && index % refresh == 0 {
+            let order = refresh_command(decider, current, sample.time_us)?;
+            told.extend(order.map(|order| Told { tick: index, order, repeat: true }));
+        }
+        let actuation = decider.tick(&sample)?;
+        ticks.push(Tick { time_s, sample, actuation, telemetry: decider.telemetry(), truth: robot.truth() });
+        robot.advance(actuation);
+    }
+    Ok(Trace { tick_s, ticks, orders, told, faults: plan.faults.clone(), parameters: *decider.parameters() })
+}
+
+/// A refusal in the units in which the order was typed.
+#[must_use]
+pub fn said(order: Order, refusal: Refusal, limits: &Limits) -> String {
+    match (order, refusal) {
+        (Order::Freq { .. }, Refusal::OutOfRange { .. }) => {
+            let hertz = |omega: f32| frequency_from_omega(f64::from(omega)).abs();
+            // The refusal names what was checked first, `omega` or its magnitude, and not both ends of what is allowed.
+            let (low, high) = (hertz(limits.least_speed), hertz(limits.speed));
+            format!("the frequency must be from {low:.2} to {high:.2} Hz in either direction")
+        }
+        (Order::Oscillate { .. } | Order::Position { .. }, Refusal::OutOfRange { name, value, low, high }) => {
+            let deg = |rad: f32| degrees(f64::from(rad));
+            format!("`{name}` must be from {:.0}° to {:.0}°, not {:.1}°", deg(low), deg(high), deg(value))
+        }
+        (_, other) => other.to_string(),
+    }
+}
+
+/// Repeats the present order, and says which. A refusal is not news: it was said when the order was given, or a fault has
+/// come since.
+fn refresh_command<D: Decide>(decider: &mut D, order: Option<Order>, time_us: u64) -> Result<Option<Order>, D::Error> {
+    let Some(order) = order else { return Ok(None) };
+    if order.command() == Command::ClearFault || decider.telemetry().state == State::Fault {
+        return Ok(None);
+    }
+    let _ = decider.command(order.command(), time_us)?;
+    Ok(Some(order))
+}
+
+impl Trace {
+    /// The ticks of every order: `(order, first tick, one past the last)`.
+    #[must_use]
+    pub fn segments(&self) -> Vec<(Order, usize, usize)> {
+        let starts = self.orders.iter().map(|given| given.tick);
+        let ends = starts.clone().skip(1).chain([self.ticks.len()]);
+        let segments = self.orders.iter().zip(starts.zip(ends)).map(|(given, (from, to))| (given.order, from, to));
+        segments.filter(|(_, from, to)| from < to).collect()
+    }
+}

@@ -1,0 +1,110 @@
+//! A set of the unknown numbers: where they may be, and what came of it.
+
+use crate::axis::significant;
+
+/// Ratio of the ends of a spread from which on it is searched by its logarithm.
+const DECADES: f64 = 3.0;
+/// Digits of a number that is tried: what is written is what was run.
+const DIGITS: usize = 6;
+
+/// A number that is searched.
+#[derive(Clone, Debug)]
+pub(super) struct Unknown {
+    pub path: String,
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Unknown {
+    fn logarithmic(&self) -> bool {
+        self.low > 0.0 && self.high > DECADES * self.low
+    }
+
+    /// From 0 … 1.
+    pub(super) fn value(&self, share: f64) -> f64 {
+        let value = if self.logarithmic() {
+            self.low * (self.high / self.low).powf(share)
+        } else {
+            self.low + share * (self.high - self.low)
+        };
+        significant(value, DIGITS).clamp(self.low, self.high)
+    }
+
+    /// To 0 … 1.
+    pub(super) fn share(&self, value: f64) -> f64 {
+        if self.logarithmic() {
+            (value / self.low).ln() / (self.high / self.low).ln()
+        } else {
+            (value - self.low) / (self.high - self.low)
+        }
+    }
+}
+
+/// A set and what it gave.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Tried {
+    pub values: Vec<f64>,
+    /// Which claims hold; none where one could not be judged.
+    pub holds: Vec<Option<bool>>,
+    /// Why the set is not admissible; empty where it is.
+    pub note: String,
+}
+
+impl Tried {
+    pub(super) fn held(&self) -> usize {
+        self.holds.iter().filter(|holds| **holds == Some(true)).count()
+    }
+
+    pub(super) fn cells(&self) -> Vec<String> {
+        let claims = self.holds.iter().map(|holds| holds.map_or(String::new(), |holds| u8::from(holds).to_string()));
+        let held = self.held().to_string();
+        self.values.iter().map(f64::to_string).chain(claims).chain([held, self.note.clone()]).collect()
+    }
+
+    /// None where a cell is not what [`Self::cells`] writes.
+    pub(super) fn parse(cells: &[String], unknowns: usize, claims: usize) -> Option<Self> {
+        let value = |text: &String| text.parse().ok().filter(|value: &f64| value.is_finite());
+        let holds = |text: &String| match text.as_str() {
+            "" => Some(None),
+            "0" => Some(Some(false)),
+            "1" => Some(Some(true)),
+            _ => None,
+        };
+        Some(Self {
+            values: cells.get(..unknowns)?.iter().map(value).collect::<Option<_>>()?,
+            holds: cells.get(unknowns..unknowns + claims)?.iter().map(holds).collect::<Option<_>>()?,
+            note: cells.last()?.clone(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_stay_within_the_spread_and_come_back() {
+        for (low, high) in [(0.45, 1.3), (1.0, 500.0), (0.0, 0.004), (2.5e-5, 3.78e-4)] {
+            let unknown = Unknown { path: String::new(), low, high };
+            for k in 0..=20 {
+                let share = f64::from(k) / 20.0;
+                let value = unknown.value(share);
+                assert!((low..=high).contains(&value));
+                assert!((unknown.share(value) - share).abs() < 1e-4, "{low} {high} {share}");
+            }
+        }
+        let wide = Unknown { path: String::new(), low: 1.0, high: 100.0 };
+        assert_eq!(wide.value(0.5), 10.0, "the middle of a wide spread is its geometric mean");
+    }
+
+    #[test]
+    fn rows_are_read_as_they_were_written() {
+        let tried = Tried { values: vec![1.5, 2e-5], holds: vec![Some(true), None, Some(false)], note: "why".into() };
+        assert_eq!(Tried::parse(&tried.cells(), 2, 3), Some(tried.clone()));
+        for (place, wrong) in [(0, "x"), (1, "NaN"), (2, "2"), (4, "no")] {
+            let mut cells = tried.cells();
+            cells[place] = wrong.into();
+            assert_eq!(Tried::parse(&cells, 2, 3), None, "{wrong}");
+        }
+    }
+}

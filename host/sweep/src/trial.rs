@@ -1,0 +1,192 @@
+//! Runs of a few robots side by side, and what is measured of them.
+
+mod group;
+mod phase;
+
+use control::{Controller, Parameters};
+use group::Group;
+use hal_sim::body::{Plan, Precision, Track};
+
+use super::measure::{Measures, measure};
+use super::variant::Variant;
+use common::conventions::frequency_from_omega;
+use simulation::{Order, blow_up};
+
+/// Time between two snapshots, s: some fourteen a turn.
+pub const INTERVAL_S: f64 = 0.01;
+/// Robots that are advanced side by side: as many as single-precision lanes.
+pub const SIDE_BY_SIDE: usize = 8;
+/// Points of a path that are kept.
+pub const PATH_POINTS: usize = 201;
+
+/// What turns the eccentric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DriveKind {
+    /// The firmware's controller with the simulated motor, sensor and battery; the seed draws start angle, charge, sensor
+    /// error and noise.
+    Motor,
+    /// A shaft that turns at exactly the frequency, whatever torque that takes. The seed draws the start angle and the
+    /// phases of a phase error of one and of two periods a turn.
+    Ideal {
+        /// Root mean square of the phase error, rad.
+        phase_noise: f64,
+    },
+    /// The same from angle 0 and with no phase error: no seed in it.
+    Exact,
+}
+
+/// How runs are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunSettings {
+    /// What turns the eccentric.
+    pub drive: DriveKind,
+    /// Length of a run, s; speeds are those of its second half.
+    pub seconds: f64,
+    /// s.
+    pub step_s: f64,
+    /// With how many digits the bodies are advanced.
+    pub precision: Precision,
+}
+
+/// A run.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<'a> {
+    /// Of what.
+    pub variant: &'a Variant,
+    /// What the robot's controller knows, where a motor drives.
+    pub parameters: Option<&'a Parameters>,
+    /// Hz, positive clockwise.
+    pub f_hz: f64,
+    /// Of what is random in it.
+    pub seed: u64,
+}
+
+/// What came out of a run.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Outcome {
+    /// What was measured.
+    pub measures: Measures,
+    /// What a person should know; empty for an ordinary run.
+    pub note: String,
+    /// The centroid from the start on at [`PATH_POINTS`] even times, mm; empty where the run blew up.
+    pub path: Vec<[f64; 2]>,
+}
+
+/// Why there is no run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error, miette::Diagnostic)]
+pub enum TrialError {
+    /// No body.
+    #[error("{0}")]
+    #[diagnostic(help("choose other values, or a shorter --step"))]
+    Body(String),
+    /// The robot's controller refuses.
+    #[error("axis `f`: {f_hz} Hz: {why}")]
+    #[diagnostic(help("the limits are in [controller.limits] of the robot file; --drive ideal has none"))]
+    Refused {
+        /// Hz.
+        f_hz: f64,
+        /// The controller's words.
+        why: String,
+    },
+}
+
+/// What must be equal for robots to be advanced side by side: segments of every backbone, and which module is clamped.
+#[must_use]
+pub fn shape(plan: &Plan) -> (Vec<usize>, Option<usize>, bool) {
+    let segments = plan.backbones.iter().map(|backbone| backbone.segments).collect();
+    (segments, plan.clamped, plan.eccentric.is_some())
+}
+
+/// Whether the robot's controller takes the frequency of a run.
+///
+/// # Errors
+/// It does not.
+pub fn check(trial: &Trial<'_>) -> Result<(), TrialError> {
+    let Some(parameters) = trial.parameters else { return Ok(()) };
+    let mut controller = Controller::new(parameters).map_err(|error| TrialError::Body(error.to_string()))?;
+    command(&mut controller, trial.f_hz, 0)
+}
+
+fn command(controller: &mut Controller, f_hz: f64, time_us: u64) -> Result<(), TrialError> {
+    let order = Order::Freq { hz: f_hz };
+    let limits = controller.parameters().limits;
+    let refused = |refusal| TrialError::Refused { f_hz, why: simulation::said(order, refusal, &limits) };
+    controller.command(order.command(), time_us).map_err(refused)
+}
+
+/// Runs robots of one shape.
+///
+/// # Errors
+/// The step cannot carry a body, or a controller refuses.
+pub fn simulate(trials: &[Trial<'_>], settings: &RunSettings) -> Result<Vec<Outcome>, TrialError> {
+    let mut group = Group::new(trials, settings)?;
+    let count = (settings.seconds / INTERVAL_S).round() as usize;
+    let mut tracks: Vec<Track> = trials
+        .iter()
+        .map(|trial| Track {
+            plan: trial.variant.plan.clone(),
+            snapshots: Vec::with_capacity(count + 1),
+            energy_j: vec![],
+        })
+        .collect();
+    let mut angles = vec![Vec::with_capacity(count + 1); trials.len()];
+    for index in 0..=count {
+        if index > 0 {
+            group.advance();
+        }
+        for (i, (track, angles)) in tracks.iter_mut().zip(&mut angles).enumerate() {
+            track.snapshots.push(group.snapshot(i));
+            track.energy_j.extend(group.energy_j(i));
+            angles.push(group.angle(i));
+        }
+    }
+    let ends = tracks.iter().zip(&angles).enumerate();
+    Ok(ends
+        .map(|(i, (track, angles))| outcome(track, angles, settings.seconds, group.fault(i), trials[i].f_hz))
+        .collect())
+}
+
+fn outcome(track: &Track, angles: &[f64], seconds: f64, fault: Option<String>, f_hz: f64) -> Outcome {
+    if let Some(why) = blow_up(track) {
+        return Outcome { note: why.to_string(), ..Outcome::default() };
+    }
+    let mut measures = measure(track, 0.5 * seconds, seconds);
+    let middle = angles.len() / 2;
+    let turned = angles[angles.len() - 1] - angles[middle];
+    // A group's interval is whole ticks or steps: near INTERVAL_S, not always equal.
+    let time = track.snapshots[angles.len() - 1].time_s - track.snapshots[middle].time_s;
+    measures.mean_f_hz = Some(frequency_from_omega(turned / time)).filter(|f| f.is_finite());
+    let held = measures.mean_f_hz.is_some_and(|f| (f - f_hz).abs() <= 0.02 * f_hz.abs());
+    let note = match fault {
+        Some(fault) => fault,
+        None if !held => "the shaft does not hold the frequency".into(),
+        None => String::new(),
+    };
+    let last = track.snapshots.len() - 1;
+    let at = |k: usize| track.snapshots[(k * last) / (PATH_POINTS - 1)].centroid();
+    let start = at(0);
+    let path = (0..PATH_POINTS).map(|k| [at(k)[0] - start[0], at(k)[1] - start[1]].map(|m| 1e3 * m)).collect();
+    Outcome { measures: measures.rounded(), note, path }
+}
+
+#[cfg(test)]
+mod tests {
+    use hal_sim::body::{Ensemble, Snapshot, ensemble};
+
+    use super::*;
+    use common::conventions::omega_from_frequency;
+
+    #[test]
+    fn the_frequency_is_over_the_time_that_passed() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml");
+        let plan = Plan::new(&description::Robot::load(&file).unwrap()).unwrap();
+        let still = Ensemble::new(std::slice::from_ref(&plan), ensemble::Settings::default()).unwrap().snapshot(0);
+        // Seven ticks of 1.5 ms instead of 10 ms.
+        let times = (0..100).map(|k| 0.0105 * f64::from(k));
+        let angles: Vec<f64> = times.clone().map(|time_s| omega_from_frequency(7.0) * time_s).collect();
+        let snapshots = times.map(|time_s| Snapshot { time_s, ..still.clone() }).collect();
+        let outcome = outcome(&Track { plan, snapshots, energy_j: vec![] }, &angles, 1.0, None, 7.0);
+        assert!((outcome.measures.mean_f_hz.unwrap() - 7.0).abs() < 1e-6, "{outcome:?}");
+        assert_eq!(outcome.note, "");
+    }
+}
