@@ -9,14 +9,20 @@ use std::f64::consts::PI;
 use common::wrap;
 use description::robot::{Robot, Sensor};
 
-use super::model::{Hidden, Plant};
-use super::track::Track;
+use super::model::Plant;
+use super::rollout;
+use super::track::{Segment, Track};
 
 /// Angle (rad) beyond the arc's nominal ends in which a reading is not trusted either: the ends' own tolerance, the wiper's
 /// play and the sensor's error.
 const MARGIN: f64 = 0.1;
 /// Fewer readings in a row that follow each other are none.
 const SHORTEST: usize = 5;
+
+/// Rounds of fitting a segment's start.
+const ROUNDS: usize = 4;
+/// A model that is this far off, rad RMS, has lost the shaft.
+const LOST: f64 = 0.2;
 
 /// Half of the arc around shaft angle 0 in which readings of a robot's sensor mean nothing, rad.
 #[must_use]
@@ -46,28 +52,40 @@ pub fn drop_jumps(readings: &mut [Option<f64>], times: &[f64], no_load: f64) {
     }
 }
 
-/// Drops the readings that a track has while the model says that the wiper stands in the blind arc. Where a segment begins
-/// there, its start is what the one before leads to, not what the code says. Returns how many were dropped.
-pub fn drop_blind(track: &mut Track, plant: &Plant, starts: &[[f64; 2]], half_width: f64) -> usize {
-    let in_arc = |angle: f64| wrap(angle).abs() < half_width;
-    let mut dropped = 0;
-    let mut before: Option<super::model::End> = None;
-    for (i, segment) in track.segments.clone().into_iter().enumerate() {
-        let carried = before.filter(|_| segment.linked);
-        let (start, hidden) = match carried {
-            Some(end) if in_arc(end.shaft[0]) => (end.shaft, end.hidden),
-            Some(end) => (starts[i], end.hidden),
-            None => (starts[i], Hidden::default()),
-        };
-        let mut wipers = vec![0.0; segment.last - segment.first];
-        before = Some(plant.roll(track, &segment, start, hidden, &mut wipers, None));
-        for (k, wiper) in (segment.first..segment.last).zip(wipers) {
-            if in_arc(wiper) && track.angle[k].is_finite() {
-                track.angle[k] = f64::NAN;
-                track.weight[k] = 0.0;
-                dropped += 1;
-            }
+/// Drops the readings that a track has while the model says that the wiper stands in the blind arc. The model follows the
+/// run window by window (s): each begins where the one before ends, loses what it reads in the arc, and is fitted to the
+/// rest. Where the model has lost the shaft it begins anew at the readings.
+pub fn drop_blind(track: &mut Track, plant: &Plant, window_s: f64, half_width: f64) {
+    let segments = std::mem::take(&mut track.segments);
+    let mut before: Option<[f64; 2]> = None;
+    for window in track.windows(window_s) {
+        // On its own, and its turns not counted: the model may be a turn off.
+        track.segments = vec![Segment { linked: false, ..window }];
+        let mut start = before.filter(|_| window.linked).map_or_else(|| begin(track, plant, window_s), |end| vec![end]);
+        drop_in_arc(track, plant, &start, half_width);
+        let (rolled, errors) = rollout::refine(plant, track, &mut start, &[], ROUNDS);
+        let readings: f64 = track.weight[window.first..window.last].iter().sum();
+        let lost = readings > 0.0 && errors[0] > LOST * LOST * readings;
+        before = if lost { None } else { rolled.ends.first().copied() };
+    }
+    track.segments = segments;
+}
+
+/// Angle and speed at the beginning of the track's only segment, from its readings.
+fn begin(track: &Track, plant: &Plant, window_s: f64) -> Vec<[f64; 2]> {
+    let mut start = rollout::guess(track, 0.25 * window_s);
+    let _ = rollout::refine(plant, track, &mut start, &[rollout::guess(track, window_s)], ROUNDS);
+    start
+}
+
+/// Drops what the track's only segment reads in the arc, as the model goes from a start.
+fn drop_in_arc(track: &mut Track, plant: &Plant, start: &[[f64; 2]], half_width: f64) {
+    let segment = track.segments[0];
+    let rolled = rollout::roll(plant, track, start, None, false);
+    for (k, wiper) in (segment.first..segment.last).zip(&rolled.wipers) {
+        if wrap(*wiper).abs() < half_width && track.angle[k].is_finite() {
+            track.angle[k] = f64::NAN;
+            track.weight[k] = 0.0;
         }
     }
-    dropped
 }

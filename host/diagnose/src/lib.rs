@@ -43,6 +43,7 @@
 
 mod blind_arc;
 mod bootstrap;
+mod converter;
 mod current;
 mod extend;
 mod fit;

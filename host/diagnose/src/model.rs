@@ -6,6 +6,7 @@ use hal_sim::plant::{Plant as FilePlant, dragged};
 use hal_sim::shaft::{Shaft, ShaftState, Stepper, Terminals};
 use hal_sim::supply::Supply;
 
+use super::converter::ConverterError;
 use super::track::{Segment, Track};
 
 /// What no sensor sees and what one rollout hands to the next.
@@ -42,6 +43,7 @@ pub struct Plant {
     stiff_supply: bool,
     /// Some effect acts on the duty.
     shapes_duty: bool,
+    converter: Option<ConverterError>,
     half_play: f64,
     delay_s: f64,
     /// Some effect acts between shaft and reading.
@@ -66,9 +68,9 @@ fn any(laws: &Laws, acts: Acts) -> bool {
 }
 
 impl Plant {
-    /// From the simulator's plant, with the longest step of the integrator (s).
+    /// From the simulator's plant and the converter's own error, with the longest step of the integrator (s).
     #[must_use]
-    pub fn new(file: FilePlant, longest_step: f64) -> Self {
+    pub fn new(file: FilePlant, converter: Option<ConverterError>, longest_step: f64) -> Self {
         let FilePlant { supply, shaft, half_play, .. } = file;
         let before_terminals = |acts| matches!(acts, Acts::Command | Acts::Bridge | Acts::Supply);
         Self {
@@ -79,6 +81,7 @@ impl Plant {
             delay_s: shaft.laws.reading_age(),
             shaft,
             supply,
+            converter,
             half_play,
             longest_step,
         }
@@ -88,7 +91,8 @@ impl Plant {
     #[inline]
     #[must_use]
     pub fn reading(&self, wiper: f64) -> f64 {
-        if self.bent { wiper + self.shaft.laws.reading_error(wiper) } else { wiper }
+        let own = self.converter.as_ref().map_or(0.0, |converter| converter.error(wiper));
+        if self.bent { wiper + (self.shaft.laws.reading_error(wiper) + own) } else { wiper + own }
     }
 
     /// Whether another plant moves alike, so that only its readings differ.

@@ -6,6 +6,7 @@ use description::robot::{Quantity, Robot};
 use effects::{FitNumber, Id, Scale, Sizes};
 use hal_sim::plant::Plant as FilePlant;
 
+use super::converter::ConverterError;
 use super::fit::Fit;
 use super::model::Plant;
 use super::numbers::{Free, Number};
@@ -14,6 +15,8 @@ use super::numbers::{Free, Number};
 pub struct FileModel {
     /// The plant at the file's values, as a simulation runs it.
     file: FilePlant,
+    /// The converter's own error, where nobody has calibrated it.
+    converter: Option<ConverterError>,
     /// The file's effects with their values, SI units and radians.
     effects: BTreeMap<Id, Vec<f64>>,
     /// Numbers that are refitted.
@@ -65,8 +68,10 @@ impl FileModel {
                 }
             }
         }
+        let converter = ConverterError::new(robot);
+        free.extend(converter.iter().flat_map(ConverterError::numbers));
         let longest_step_s = (time_constant_s / 100.0).clamp(0.5e-3, 1.5e-3);
-        Self { file, effects, free, rail_v, sizes, time_constant_s, longest_step_s }
+        Self { file, converter, effects, free, rail_v, sizes, time_constant_s, longest_step_s }
     }
 
     /// The file's free numbers and those of added effects, from one of their starting points.
@@ -112,7 +117,7 @@ impl FileModel {
         for id in self.replaced(added) {
             id.put(&mut shaft.laws, None);
         }
-        Plant::new(file, self.longest_step_s)
+        Plant::new(file, self.converter.map(|error| error.with(value)), self.longest_step_s)
     }
 
     /// The file's effects that an added one contains and takes the place of.

@@ -13,6 +13,8 @@ pub enum Number {
     Inertia,
     /// b, N·m·s/rad.
     Viscous,
+    /// Of the converter's nonlinearity, [`super::converter::ConverterError`].
+    OfConverter(usize),
     /// Of every effect whose fit has a number of this name ([`FitNumber::name`]).
     OfEffect(&'static str),
 }

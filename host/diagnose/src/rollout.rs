@@ -146,13 +146,15 @@ pub fn refine(
 ) -> (Rolled, Vec<f64>) {
     let mut rolled = roll(plant, track, starts, None, false);
     let mut errors = squared_errors(track, &rolled.readings);
-    let carried = carried(track, starts, &rolled);
-    for guess in guesses.iter().chain([&carried]) {
+    for guess in guesses {
         keep_better(plant, track, starts, guess, &mut rolled, &mut errors);
     }
     for _ in 0..rounds {
         let proposal = gauss_newton(plant, track, starts, &rolled);
         let before: f64 = errors.iter().sum();
+        if let Some(carried) = carried(track, starts, &rolled) {
+            keep_better(plant, track, starts, &carried, &mut rolled, &mut errors);
+        }
         keep_better(plant, track, starts, &proposal, &mut rolled, &mut errors);
         let half: Vec<[f64; 2]> =
             starts.iter().zip(&proposal).map(|(a, b)| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]).collect();
@@ -170,10 +172,13 @@ pub fn refine(
     (rolled, errors)
 }
 
-/// Each start as the segment before leads to it, on the turn of its own readings: where a segment begins without readings,
-/// nothing else knows it.
-fn carried(track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Vec<[f64; 2]> {
-    (0..starts.len())
+/// Each start as the segment before leads to it, on the turn of its own readings: where a segment has holes, its readings
+/// alone may leave several. `None` where no segment has one.
+fn carried(track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Option<Vec<[f64; 2]>> {
+    if track.segments.iter().all(|segment| segment.whole) {
+        return None;
+    }
+    let carried = (0..starts.len())
         .map(|i| {
             let segment = &track.segments[i];
             if i == 0 || !segment.linked {
@@ -183,7 +188,8 @@ fn carried(track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Vec<[f64; 2]>
             let turns = ((starts[i][0] - angle) / TAU).round();
             [angle + TAU * turns, speed]
         })
-        .collect()
+        .collect();
+    Some(carried)
 }
 
 /// Takes over the starts that fit their segment better.

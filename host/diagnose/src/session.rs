@@ -114,12 +114,8 @@ impl Session {
     /// Drops what the sensor shows in its blind arc, by the file's own model.
     fn drop_blind(&mut self, half_width: f64) {
         let plant = self.model.plant(&[], &[], &[]);
-        for (tracks, guess) in [(&mut self.fit, &self.fit_guess), (&mut self.held_out, &self.guesses[0])] {
-            let mut starts = guess.clone();
-            let _ = rollout::refine_all(&plant, tracks, &mut starts, &[], 2);
-            for (track, starts) in tracks.iter_mut().zip(&starts) {
-                blind_arc::drop_blind(track, &plant, starts, half_width);
-            }
+        for track in self.fit.iter_mut().chain(&mut self.held_out) {
+            blind_arc::drop_blind(track, &plant, self.horizon_s, half_width);
         }
     }
 

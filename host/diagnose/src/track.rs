@@ -166,7 +166,8 @@ impl Track {
             }
             let readings = self.weight[first..last].iter().filter(|&&weight| weight > 0.0).count();
             let long_enough = self.t[last - 1] - self.t[first] > 0.7 * cut.horizon_s;
-            if long_enough && readings >= FEWEST_READINGS.max((last - first) / 4) {
+            let hole = longest_hole(&self.weight[first..last]);
+            if long_enough && readings >= FEWEST_READINGS.max((last - first) / 4) && 2 * hole <= last - first {
                 segments.push(Segment { first, last, linked: contiguous, whole: readings == last - first });
                 contiguous = true;
             } else {
@@ -191,6 +192,24 @@ impl Track {
                 .collect();
         }
         self.segments = segments;
+    }
+
+    /// The whole run in windows of a length (s), whatever was read in them; they are linked but for holes in time.
+    #[must_use]
+    pub fn windows(&self, length_s: f64) -> Vec<Segment> {
+        let usual = self.usual_step();
+        let mut windows: Vec<Segment> = Vec::new();
+        let mut first = 0;
+        while first < self.t.len() {
+            let inside = |last: usize| {
+                self.t[last] - self.t[first] < length_s - 0.5 * usual && self.t[last] - self.t[last - 1] < GAP * usual
+            };
+            let last = (first + 1..self.t.len()).find(|&last| !inside(last)).unwrap_or(self.t.len());
+            let linked = first > 0 && self.t[first] - self.t[first - 1] < GAP * usual;
+            windows.push(Segment { first, last, linked, whole: false });
+            first = last;
+        }
+        windows
     }
 
     /// Angles in degrees, or a shaft faster than the motor can turn: another unit or another rig.
@@ -218,6 +237,11 @@ impl Track {
         }
         Ok(())
     }
+}
+
+/// The most samples in a row without a reading.
+fn longest_hole(weights: &[f64]) -> usize {
+    weights.split(|&weight| weight > 0.0).map(<[f64]>::len).max().unwrap_or(0)
 }
 
 /// The motor's speed without load, rad/s.

@@ -114,7 +114,7 @@ fn motor(robot: &Robot, number: Number, value: [f64; 3]) -> Vec<FittedParameter>
             }
             both
         }
-        Number::OfEffect(_) => Vec::new(),
+        Number::OfEffect(_) | Number::OfConverter(_) => Vec::new(),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use description::robot::{Robot, Sensor};
+use description::robot::{Correction, Robot, Sensor};
 use diagnose::{DiagnoseError, Diagnosis, Options, Verdict, diagnose};
 use effects::Id;
 use hal_sim::Settings;
@@ -139,8 +139,10 @@ fn taken_out(i: usize, calibrated: bool) -> Id {
 #[must_use]
 pub fn examine(set: Set) -> Outcome {
     let mut robot = load(set.robot);
-    if set.calibrated {
-        robot = calibrated(&robot, set.seed);
+    let correction = if set.calibrated { correction(&robot, set.seed) } else { None };
+    let set = Set { calibrated: correction.is_some(), ..set };
+    if let Sensor::Potentiometer(potentiometer) = &mut robot.sensor {
+        potentiometer.correction = correction;
     }
     let top = description::design::ceiling(&robot) / std::f64::consts::TAU;
     let runs: Vec<Recording> =
@@ -160,13 +162,9 @@ fn simulate(robot: &Robot, seed: u64, drive: Drive) -> Recording {
     recording(&trace, robot)
 }
 
-/// The file with the correction that a calibration run of the specimen gives, as `scram identify potentiometer` does.
-fn calibrated(robot: &Robot, seed: u64) -> Robot {
+/// The correction that a calibration run of the specimen gives, as `scram identify potentiometer` does; `None` where it
+/// refuses the run.
+fn correction(robot: &Robot, seed: u64) -> Option<Correction> {
     let run = simulate(robot, seed, Drive::constant(Order::Duty { duty: 0.95 }));
-    let fit = diagnose::identify::potentiometer(robot, &run).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
-    let mut robot = robot.clone();
-    if let Sensor::Potentiometer(potentiometer) = &mut robot.sensor {
-        potentiometer.correction = Some(fit.correction);
-    }
-    robot
+    diagnose::identify::potentiometer(robot, &run).ok().map(|fit| fit.correction)
 }
