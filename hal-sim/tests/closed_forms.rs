@@ -163,6 +163,7 @@ fn parameters_that_are_no_numbers_come_back_as_no_numbers() {
     ] {
         let mut state = ShaftState::default();
         run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
+        assert!(!state.speed.is_finite() || !state.angle.is_finite(), "{shaft:?}: {state:?}");
     }
 }
 
