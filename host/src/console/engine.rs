@@ -27,7 +27,7 @@ const REFRESH: Duration = Duration::from_millis(200);
 pub struct Engine<L: Line> {
     pub(super) session: Session<L>,
     pub(super) model: Model,
-    diary: Option<Diary>,
+    pub(super) diary: Option<Diary>,
     pub(super) pending: Vec<Pending>,
     pub(super) undos: Vec<Undo>,
     program: Option<Program>,
@@ -274,7 +274,7 @@ impl<L: Line> Engine<L> {
                 robot.series.take(&batch, at.as_secs_f64());
             }
             Event::Status(status) => self.model.robots[index].counters = Some(status.counters),
-            Event::Answered { number, what, outcome } => self.answered(robot, number, what, outcome),
+            Event::Answered { number, what, tick, outcome } => self.answered(robot, number, what, tick, outcome),
             Event::Stopped => self.model.log(Some(index), Level::Good, "has stopped"),
             Event::OtherVersion(version) => {
                 self.model.robots[index].other_version = Some(version);

@@ -114,7 +114,7 @@ impl<L: Line> Engine<L> {
         self.pending.push(Pending { robot, number, text, why });
     }
 
-    pub(super) fn answered(&mut self, robot: RobotId, number: u16, what: What, outcome: Outcome) {
+    pub(super) fn answered(&mut self, robot: RobotId, number: u16, what: What, tick: Option<u32>, outcome: Outcome) {
         let Some(at) = self.pending.iter().position(|order| order.robot == robot && order.number == number) else {
             return;
         };
@@ -124,7 +124,8 @@ impl<L: Line> Engine<L> {
         if matches!(why, Why::Before(_)) {
             return;
         }
-        self.record_event(Some(robot.0), &diary::answer(outcome));
+        let tick = tick.and_then(|period| self.diary.as_ref()?.tick_of(robot.0, period));
+        self.record_event(Some(robot.0), &diary::answer(what, tick, outcome));
         self.tell(robot.0, &text, what, outcome, value);
         self.follow(robot.0, what, outcome, &text);
         if !matches!(outcome, Outcome::Done(_)) {

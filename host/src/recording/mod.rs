@@ -33,7 +33,7 @@ pub use metadata::Metadata;
 pub use rig::check_rig;
 pub use run_log::{LoggedOrder, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
-pub use telemetry::{LinkQuality, Outcome, RecordedEvent, SessionEvent, Stated, TelemetryRow};
+pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};
 
 /// One run.
 #[derive(Clone, Debug, Default, PartialEq)]
