@@ -11,6 +11,8 @@ use crate::{AdcCode, Command, Fault, Refusal, Sensor, State, Telemetry};
 
 /// Longest ESP-NOW payload (version 1), bytes.
 pub const LONGEST: usize = 250;
+/// A batch's time comes round where [`Telling::uptime_ms`] does, after seven weeks: six bytes on the air.
+pub const ROUND_US: u64 = (1 << 32) * 1000;
 /// Samples further apart than this, µs, are not in one telemetry message: below it [`Row::after_us`] takes two bytes on the air.
 pub const FURTHEST_US: u16 = (1 << 14) - 1;
 /// Ticks in a telemetry message: 100 messages a second at 1 kHz.
@@ -212,7 +214,7 @@ pub struct Batch {
     /// Number of the control period of the first row since the loop's start; the others follow without a gap. A gap
     /// between messages is a lost message or periods without a tick ([`Counters::missed_deadlines`]).
     pub first_tick: u32,
-    /// Time of the first row's sample on the robot's clock, µs.
+    /// Time of the first row's sample on the robot's clock, µs; comes round at [`ROUND_US`].
     pub time_us: u64,
     /// State in all of them.
     pub state: State,
@@ -434,7 +436,7 @@ mod tests {
         };
         let batch = Batch {
             first_tick: u32::MAX,
-            time_us: u64::MAX,
+            time_us: ROUND_US - 1,
             state: State::Fault,
             fault: Some(Fault::Restarted),
             tracking: true,

@@ -2,7 +2,7 @@
 
 use core::borrow::BorrowMut;
 
-use control::protocol::radio::{Batch, FURTHEST_US, Row};
+use control::protocol::radio::{Batch, FURTHEST_US, ROUND_US, Row};
 use control::{Actuation, AdcCode, Controller, Sample, Telemetry};
 use embassy_time::{Instant, Timer};
 use heapless::Vec;
@@ -124,7 +124,7 @@ impl Reporter {
             shared.show(Shown::State(telemetry.state, telemetry.fault));
             Batch {
                 first_tick: period,
-                time_us: sample.time_us,
+                time_us: sample.time_us % ROUND_US,
                 state: telemetry.state,
                 fault: telemetry.fault,
                 tracking: telemetry.tracking,
