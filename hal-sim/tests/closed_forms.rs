@@ -154,16 +154,31 @@ fn no_current_below_the_bridges_drop() {
 }
 
 #[test]
-fn parameters_that_are_no_numbers_come_back_as_no_numbers() {
+fn parameters_that_are_nan_make_the_state_nan() {
     for shaft in [
         Shaft { inertia_kg_m2: f64::NAN, ..FULL },
         Shaft { friction: Friction { coulomb_nm: f64::NAN, ..FULL.friction }, ..FULL },
-        Shaft { friction: Friction { presliding_rad: 0.0, ..FULL.friction }, ..FULL },
-        Shaft { friction: Friction { coulomb_nm: -1.0, ..FULL.friction }, ..FULL },
     ] {
         let mut state = ShaftState::default();
         run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
+        assert!(state.speed.is_nan() && state.angle.is_nan(), "{shaft:?}: {state:?}");
     }
+}
+
+#[test]
+fn a_bristle_without_length_is_rigid_and_not_nan() {
+    let shaft = Shaft { friction: Friction { presliding_rad: 0.0, ..FULL.friction }, ..FULL };
+    let mut state = ShaftState::default();
+    run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
+    assert!(state.speed > 0.0 && state.speed.is_finite() && state.angle.is_finite(), "{state:?}");
+}
+
+#[test]
+fn friction_that_drives_runs_away_and_is_not_nan() {
+    let shaft = Shaft { friction: Friction { coulomb_nm: -1.0, ..FULL.friction }, ..FULL };
+    let mut state = ShaftState::default();
+    run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
+    assert!(state.speed.is_finite() && state.angle.is_finite() && state.current.is_finite(), "{state:?}");
 }
 
 proptest! {

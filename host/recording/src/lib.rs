@@ -59,7 +59,7 @@ pub use progress::Progress;
 pub use rig::check_rig;
 pub use run_log::{LoggedOrder, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
-pub use telemetry::{LinkQuality, Outcome, RecordedEvent, SessionEvent, Stated, TelemetryRow};
+pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};
 pub use words::fault;
 
 /// One run.

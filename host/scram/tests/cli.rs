@@ -252,7 +252,7 @@ fn bad_recordings_are_refused_before_anything_is_written() {
     csv(path, "nan.csv", header, 500, |i| if i == 250 { format!("{},0.5,NaN", t(i)) } else { still(i) });
     csv(path, "degrees.csv", header, 500, |i| format!("{},0.5,{}", t(i), 2520.0 * t(i)));
     csv(path, "percent.csv", header, 500, |i| format!("{},50,0.1", t(i)));
-    std::fs::write(path.join("other.csv"), std::fs::read(path.join("good.csv")).unwrap()).unwrap();
+    csv(path, "other.csv", header, 500, |i| format!("{},0.4,0.1", t(i)));
     std::fs::write(path.join("other.toml"), "robot = \"walker-9\"\n").unwrap();
     csv(path, "supply.csv", "t_s,duty,angle_rad,supply_v", 500, |i| format!("{},24", still(i)));
 
@@ -289,8 +289,8 @@ fn a_recording_of_another_rig_is_refused() {
 #[test]
 fn a_held_out_run_is_never_fitted_on() {
     let directory = temporary();
-    for name in ["a.csv", "b.csv", "c.csv"] {
-        csv(directory.path(), name, "t_s,duty,angle_rad", 30, |i| format!("{},0.5,0.1", i as f64 * 1e-3));
+    for (name, duty) in [("a.csv", 0.5), ("b.csv", 0.6), ("c.csv", 0.7)] {
+        csv(directory.path(), name, "t_s,duty,angle_rad", 30, |i| format!("{},{duty},0.1", i as f64 * 1e-3));
     }
     let says = |words: &str, part: &str| {
         let output = scram(directory.path(), &format!("diagnose {words} --robot @/robots/bench-linear.toml"));
@@ -316,4 +316,75 @@ fn a_hole_in_a_recording_is_not_simulated() {
     let mut diagnose = assert_cmd::Command::from_std(diagnose);
     let output = diagnose.timeout(std::time::Duration::from_secs(120)).output().unwrap();
     assert!(output.status.code().is_some(), "it takes for ever");
+}
+
+#[test]
+fn a_run_that_is_listed_twice_is_refused() {
+    let directory = temporary();
+    for (name, duty) in [("a.csv", "0.5"), ("b.csv", "0.6")] {
+        csv(directory.path(), name, "t_s,duty,angle_rad", 30, |i| format!("{},{duty},0.1", i as f64 * 1e-3));
+    }
+    std::fs::copy(directory.path().join("a.csv"), directory.path().join("copy.csv")).unwrap();
+    for (words, says) in [
+        ("a.csv a.csv", "a.csv is listed twice"),
+        ("a.csv b.csv ./a.csv", "./a.csv is listed twice"),
+        ("a.csv b.csv copy.csv", "copy.csv has the same content as a.csv"),
+        ("a.csv b.csv --holdout copy.csv", "copy.csv has the same content as a.csv"),
+    ] {
+        fails(directory.path(), &format!("diagnose {words} --robot @/robots/bench-linear.toml"), 2, &[says, "once"]);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_printed_onto_a_full_disk_is_not_called_done() {
+    let directory = temporary();
+    for words in [
+        "export mjcf --robot @/robot.toml",
+        "design --robot @/robot.toml --json",
+        "design --robot @/robot.toml",
+        "completions bash",
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = common::command::to_file(directory.path(), words, full);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{words}: {message}");
+        assert!(message.contains("stdout: the disk is full"), "{words}: {message}");
+    }
+}
+
+#[test]
+fn a_value_of_the_robot_file_is_set_for_one_run() {
+    let directory = temporary();
+    let design = |more: &str| succeeds(directory.path(), &format!("design --robot @/robot.toml --json {more}"));
+    let ceiling = |text: &str| json(text)["ceiling_hz"].as_f64().unwrap();
+    let (usual, set) = (ceiling(&design("")), ceiling(&design("--set motor.resistance_ohm=25")));
+    assert!(set < 0.9 * usual, "{usual} Hz, {set} Hz");
+    let bench = |more: &str| succeeds(directory.path(), &format!("sim --bench --robot @/robot.toml --json {more}"));
+    let peak = |text: &str| json(text)["peak_current_a"].as_f64().unwrap();
+    assert!(peak(&bench("--set motor.resistance_ohm=25")) < peak(&bench("")));
+    for (set, code, says) in [
+        ("motor.resistance=18", 2, ["has no such quantity", "motor.resistance_ohm"]),
+        ("motor.resistance_ohm", 2, ["PATH=VALUE", "motor.resistance_ohm=18"]),
+        ("motor.resistance_ohm=x", 2, ["not a finite number", "--set"]),
+        ("motor.resistance_ohm=15000", 1, ["--set motor.resistance_ohm=15000", "outside the allowed 0.01 … 1000"]),
+    ] {
+        common::command::refuses(directory.path(), &format!("sim --robot @/robot.toml --set {set}"), code, &says);
+    }
+}
+
+#[test]
+fn a_page_is_not_written_over_data() {
+    let directory = temporary();
+    for name in ["run.csv", "notes.html"] {
+        std::fs::write(directory.path().join(name), "t_s,duty\n0,1\n").unwrap();
+    }
+    for (name, says) in [("run.csv", "ends in .html"), ("notes.html", "no page"), ("new.csv", "ends in .html")] {
+        common::command::refuses(directory.path(), &format!("sim --robot @/robot.toml --view {name}"), 1, &[says]);
+        let text = std::fs::read_to_string(directory.path().join(name)).unwrap_or_default();
+        assert!(name == "new.csv" || text.starts_with("t_s,duty"), "{name}: {text}");
+    }
+    for _ in 0..2 {
+        succeeds(directory.path(), "sim --robot @/robot.toml --seconds 0.2 --view page.html");
+    }
 }

@@ -14,6 +14,7 @@ use simulation::{
 };
 
 use super::on_chip::OnChip;
+use super::settings::Settings;
 use super::walk::{self, Ground};
 use super::{Common, Done, Failure, print, print_json, say, table};
 
@@ -35,6 +36,7 @@ const USUAL_S: f64 = 2.0;
     scram sim --drive oscillate:-100..100 --seconds 5\n  \
     scram sim --drive freq:-6.5 --faults sensor-open@1.0 --json\n  \
     scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
+    scram sim --set motor.resistance_ohm=18          another motor, without another file\n  \
     scram sim --drive script:steps.txt               one order a line, see docs/recordings.md")]
 pub struct Sim {
     #[command(flatten)]
@@ -53,6 +55,8 @@ pub struct Run {
     /// What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5
     #[arg(long, default_value = "", hide_default_value = true, help = faults_help())]
     faults: String,
+    #[command(flatten)]
+    settings: Settings,
     #[command(flatten)]
     pub ground: Ground,
     #[command(flatten)]
@@ -123,7 +127,7 @@ impl Run {
         })?;
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
         let faults = Scheduled::parse_list_within(&self.faults, seconds).map_err(|e| Failure::Usage(e.into()))?;
-        let mut robot = self.common.robot()?;
+        let mut robot = self.settings.robot(&self.common.robot)?;
         Scheduled::check_parts(&faults, &robot).map_err(|e| Failure::Usage(e.into()))?;
         let walks = self.ground.prepare(&mut robot)?;
         Ok(Task { robot, plan: Plan { drive, seconds, faults }, walks })

@@ -96,6 +96,31 @@ impl Ground {
     }
 }
 
+/// Fails where a page would go under the name of something else, or over a file that is none.
+fn is_page(file: &Path) -> Result<(), Report> {
+    let ends = |ending: &str| file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
+    if !ends("html") && !ends("htm") {
+        return Err(miette!(
+            help = "name a file that ends in .html",
+            "--view {}: a page is written there, and the name is not a page's",
+            file.display()
+        ));
+    }
+    let mut beginning = Vec::new();
+    if let Ok(there) = std::fs::File::open(file) {
+        let read = std::io::Read::read_to_end(&mut std::io::Read::take(there, 512), &mut beginning);
+        let text = String::from_utf8_lossy(&beginning).to_lowercase();
+        if read.is_ok() && !text.trim().is_empty() && !text.contains("<!doctype html") && !text.contains("<html") {
+            return Err(miette!(
+                help = "name another file, or remove this one",
+                "--view {}: what is there is no page, and it is not written over",
+                file.display()
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Fails before a run whose page would find no place.
 fn writable(file: &Path) -> Result<(), Report> {
     let directory = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -107,6 +132,7 @@ fn writable(file: &Path) -> Result<(), Report> {
             directory.display()
         ));
     }
+    is_page(file)?;
     if file.is_dir() {
         return Err(miette!(help = "name a file in it", "--view {}: this is a directory", file.display()));
     }
