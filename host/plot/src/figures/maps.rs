@@ -9,6 +9,9 @@ use sweep::{Component, Condition, Conditions, Measured, Robustness, Stat, Swept,
 /// Maps of the same sweep that are drawn at most, over the axes that a map does not show.
 const MOST_MAPS: usize = 24;
 
+/// What the signs of the speeds mean, in the order of [`Component::ALL`].
+const POSITIVE: &str = "ahead, to the left, counter-clockwise from above";
+
 /// A plot: its name without `.svg`, and the SVG.
 pub type Figure = (String, String);
 
@@ -174,7 +177,7 @@ fn speeds(conditions: &Conditions, slice: &Slice, measured: Option<&Measured>) -
         (simulated.full, experiment.full) = (Some(full), Some(full));
         vec![experiment, simulated, error]
     };
-    let title = format!("Mean speeds{}", slice.title);
+    let title = format!("Mean speeds{}; blue: {POSITIVE}; red: the other way", slice.title);
     heat::draw(&title, &Component::ALL.map(row))
 }
 
@@ -213,7 +216,7 @@ fn over(conditions: &Conditions, axis: usize, robustness: Option<&[Robustness]>)
             points: all.filter_map(|(c, phi)| Some((x(c), (*phi)?, None))).collect(),
         });
     }
-    lines::draw("Mean speeds", &conditions.axes[axis].label(), &panels)
+    lines::draw(&format!("Mean speeds; positive: {POSITIVE}"), &conditions.axes[axis].label(), &panels)
 }
 
 /// A panel an α, every run's path in it.
