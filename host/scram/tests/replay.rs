@@ -42,7 +42,7 @@ fn scram(directory: &Path, words: &[&str]) -> String {
 fn simulate(directory: &Path, robot: &Path, drive: &str, faults: &str) {
     std::fs::write(directory.join("steps.txt"), SCRIPT).unwrap();
     let robot = robot.to_str().unwrap();
-    scram(directory, &["sim", "--robot", robot, "--drive", drive, "--faults", faults, "--out", "run"]);
+    scram(directory, &["sim", "--robot", robot, "--drive", drive, "--faults", faults, "--out", "run", "--overwrite"]);
 }
 
 fn replayed(directory: &Path, robot: &Path, run: &str) -> Value {

@@ -12,6 +12,7 @@ mod identify;
 mod on_chip;
 mod pair;
 mod replay;
+mod run_directory;
 mod settings;
 mod sim;
 mod sweep;
