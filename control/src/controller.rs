@@ -204,6 +204,7 @@ impl Controller {
     pub fn retune(&mut self, parameters: &Parameters, factory: &Parameters) -> Result<(), ParameterError> {
         parameters.check()?;
         self.parameters = *parameters;
+        self.estimator.retune(parameters);
         self.weak_failsafe = parameters.weaker_than(factory);
         Ok(())
     }

@@ -99,16 +99,26 @@ const REST_VARIANCE: f32 = 0.25;
 /// A spread of the angle beyond which nothing is known, rad².
 const LOST_VARIANCE: f32 = 1.0;
 
+/// How the current hangs on the speed, −A per rad/s.
+fn current_per_speed(parameters: &Parameters) -> f32 {
+    parameters.motor.torque_constant / parameters.motor.resistance
+}
+
 impl Estimator {
     /// At rest, angle unknown.
     #[must_use]
     pub fn new(parameters: &Parameters) -> Self {
         let estimate = Estimate { drag: parameters.motor.drag, ..Estimate::default() };
-        let current_per_speed = parameters.motor.torque_constant / parameters.motor.resistance;
+        let current_per_speed = current_per_speed(parameters);
         let covariance = Covariance::default();
         let mut filter = Self { estimate, covariance, direction: 1.0, rejected: 0, current_per_speed };
         filter.reset_covariance(parameters);
         filter
+    }
+
+    /// Goes on with other parameters: what is derived from them follows.
+    pub fn retune(&mut self, parameters: &Parameters) {
+        self.current_per_speed = current_per_speed(parameters);
     }
 
     /// The estimate.

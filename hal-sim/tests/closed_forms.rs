@@ -155,16 +155,31 @@ fn no_current_below_the_bridges_drop() {
 }
 
 #[test]
-fn parameters_that_are_no_numbers_come_back_as_no_numbers() {
+fn parameters_that_are_nan_make_the_state_nan() {
     for shaft in [
         Shaft { inertia_kg_m2: f64::NAN, ..FULL },
         Shaft { laws: coulomb(f64::NAN, 3e-3), ..FULL },
-        Shaft { laws: coulomb(2.2e-3, 0.0), ..FULL },
-        Shaft { laws: coulomb(-1.0, 3e-3), ..FULL },
     ] {
         let mut state = ShaftState::default();
         run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
+        assert!(state.speed.is_nan() && state.angle.is_nan(), "{shaft:?}: {state:?}");
     }
+}
+
+#[test]
+fn a_bristle_without_length_is_rigid_and_not_nan() {
+    let shaft = Shaft { laws: coulomb(2.2e-3, 0.0), ..FULL };
+    let mut state = ShaftState::default();
+    run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
+    assert!(state.speed > 0.0 && state.speed.is_finite() && state.angle.is_finite(), "{state:?}");
+}
+
+#[test]
+fn friction_that_drives_runs_away_and_is_not_nan() {
+    let shaft = Shaft { laws: coulomb(-1.0, 3e-3), ..FULL };
+    let mut state = ShaftState::default();
+    run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
+    assert!(state.speed.is_finite() && state.angle.is_finite() && state.current.is_finite(), "{state:?}");
 }
 
 proptest! {

@@ -245,7 +245,7 @@ impl Console {
 
     fn answer(&self, wanted: u16, begun: usize) -> Option<Answer> {
         self.0.told.borrow()[begun..].iter().find_map(|told| match told.telling.message {
-            FromRobot::Answer { number, answer } if number == wanted => Some(answer),
+            FromRobot::Answer { number, answer, .. } if number == wanted => Some(answer),
             _ => None,
         })
     }

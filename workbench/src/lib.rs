@@ -27,6 +27,7 @@ pub mod host_end;
 pub mod incident;
 pub mod journal;
 pub mod parts;
+pub mod peers;
 pub mod power;
 pub mod realtime;
 pub mod robot;

@@ -137,7 +137,7 @@ impl<L: Read + Write> Host<L> {
             self.turn(Duration::from_millis(50));
             let told = self.peers[&address(index)].told.iter().rev();
             for telling in told {
-                if let FromRobot::Answer { number, answer } = telling.message
+                if let FromRobot::Answer { number, answer, .. } = telling.message
                     && number == wanted.number
                 {
                     return answer;

@@ -11,6 +11,10 @@ use crate::{AdcCode, Command, Fault, Refusal, Sensor, State, Telemetry};
 
 /// Longest ESP-NOW payload (version 1), bytes.
 pub const LONGEST: usize = 250;
+/// A batch's time comes round where [`Telling::uptime_ms`] does, after seven weeks: six bytes on the air.
+pub const ROUND_US: u64 = (1 << 32) * 1000;
+/// Samples further apart than this, µs, are not in one telemetry message: below it [`Row::after_us`] takes two bytes on the air.
+pub const FURTHEST_US: u16 = (1 << 14) - 1;
 /// Ticks in a telemetry message: 100 messages a second at 1 kHz.
 pub const BATCH: usize = 10;
 /// Longest name of a robot, bytes.
@@ -192,6 +196,9 @@ pub enum FromRobot {
     Answer {
         /// Its number.
         number: u16,
+        /// Number of the control period in which it was done or refused, as in [`Batch::first_tick`]: from that period's
+        /// decision on it counts.
+        tick: u32,
         /// The answer.
         answer: Answer,
     },
@@ -207,6 +214,8 @@ pub struct Batch {
     /// Number of the control period of the first row since the loop's start; the others follow without a gap. A gap
     /// between messages is a lost message or periods without a tick ([`Counters::missed_deadlines`]).
     pub first_tick: u32,
+    /// Time of the first row's sample on the robot's clock, µs; comes round at [`ROUND_US`].
+    pub time_us: u64,
     /// State in all of them.
     pub state: State,
     /// Cause, in `State::Fault`.
@@ -221,9 +230,21 @@ pub struct Batch {
     pub rows: Vec<Row, BATCH>,
 }
 
+impl Batch {
+    /// Time of each row's sample on the robot's clock, µs: exactly what the controller was given.
+    pub fn times_us(&self) -> impl Iterator<Item = u64> + '_ {
+        self.rows.iter().scan(self.time_us, |time_us, row| {
+            *time_us = time_us.wrapping_add(u64::from(row.after_us));
+            Some(*time_us)
+        })
+    }
+}
+
 /// One tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Row {
+    /// From the sample of the row before to this one's, µs; 0 in the first row of a batch.
+    pub after_us: u16,
     /// Code of the wiper.
     pub code: u16,
     /// Code of the second sensor's wiper, where there is one.
@@ -246,6 +267,7 @@ impl Row {
     pub fn new(code: AdcCode, telemetry: &Telemetry) -> Self {
         let actuation = telemetry.actuation;
         Self {
+            after_us: 0,
             code: code.0,
             second: None,
             duty: actuation.enable.then(|| rounded(actuation.duty * DUTY_STEPS)),
@@ -258,6 +280,12 @@ impl Row {
     #[must_use]
     pub fn with_second(self, code: Option<AdcCode>) -> Self {
         Self { second: code.map(|code| code.0), ..self }
+    }
+
+    /// The same, that long after the sample of the row before.
+    #[must_use]
+    pub fn after(self, after_us: u16) -> Self {
+        Self { after_us, ..self }
     }
 
     /// Duty, −1 … 1; the bridge is off where `None`.
@@ -398,10 +426,17 @@ mod tests {
 
     #[test]
     fn the_longest_messages_fit() {
-        let row =
-            Row { code: u16::MAX, second: Some(u16::MAX), duty: Some(i16::MIN), angle: i16::MIN, speed: i16::MIN };
+        let row = Row {
+            after_us: FURTHEST_US,
+            code: u16::MAX,
+            second: Some(u16::MAX),
+            duty: Some(i16::MIN),
+            angle: i16::MIN,
+            speed: i16::MIN,
+        };
         let batch = Batch {
             first_tick: u32::MAX,
+            time_us: ROUND_US - 1,
             state: State::Fault,
             fault: Some(Fault::Restarted),
             tracking: true,
@@ -457,6 +492,22 @@ mod tests {
             assert!((row.speed() - speed).abs() <= 0.5001 / SPEED_STEPS);
         }
         let lost = Telemetry { angle: f32::NAN, speed: f32::INFINITY, ..Telemetry::default() };
-        assert_eq!(Row::new(AdcCode(5), &lost), Row { code: 5, second: None, duty: None, angle: 0, speed: i16::MAX });
+        assert_eq!(Row::new(AdcCode(5), &lost), Row { code: 5, speed: i16::MAX, ..Row::default() });
+    }
+
+    #[test]
+    fn a_batch_says_when_each_sample_was_taken() {
+        let rows = [0, 1003, 998].map(|after_us| Row::default().after(after_us));
+        let batch = Batch {
+            first_tick: 7,
+            time_us: 5_000_000_000,
+            state: State::Idle,
+            fault: None,
+            tracking: false,
+            failed_sensor: None,
+            battery_mv: 0,
+            rows: rows.into_iter().collect(),
+        };
+        assert!(batch.times_us().eq([5_000_000_000, 5_000_001_003, 5_000_002_001]));
     }
 }

@@ -44,9 +44,10 @@ fn telling(message: FromRobot) -> Telling {
 }
 
 fn tellings() -> [Telling; 3] {
-    let row = Row { code: 2000, second: None, duty: Some(12_000), angle: -3000, speed: 11_000 };
+    let row = Row { after_us: 1000, code: 2000, second: None, duty: Some(12_000), angle: -3000, speed: 11_000 };
     let batch = Batch {
         first_tick: 4000,
+        time_us: 4_000_000,
         state: State::Speed,
         fault: None,
         tracking: true,
@@ -54,7 +55,7 @@ fn tellings() -> [Telling; 3] {
         battery_mv: 3700,
         rows: std::iter::repeat_n(row, BATCH).collect(),
     };
-    let answer = FromRobot::Answer { number: 1, answer: radio::Answer::Done(None) };
+    let answer = FromRobot::Answer { number: 1, tick: 4003, answer: radio::Answer::Done(None) };
     [telling(FromRobot::Status(Status::default())), telling(FromRobot::Telemetry(batch)), telling(answer)]
 }
 
@@ -187,6 +188,7 @@ fn record(path: &Path, metadata: &Metadata) {
             let row = TelemetryRow {
                 t_s: f64::from(tick) * 1e-3,
                 tick: u64::from(tick),
+                time_us: Some(4_000_000 + 1000 * u64::from(tick)),
                 adc: 2000 + tick,
                 adc_second: None,
                 duty: (tick > 1).then_some(0.5),
@@ -198,7 +200,8 @@ fn record(path: &Path, metadata: &Metadata) {
             };
             recorder.sample(robot, &row).expect("written");
         }
-        let answer = SessionEvent::Answer { text: "done".into(), outcome: Outcome::Done };
+        let answer =
+            SessionEvent::Answer { text: "done".into(), outcome: Outcome::Done, tick: Some(4), parameter: None };
         recorder.event(0.003, Some(robot), &answer).expect("written");
         let quality = LinkQuality { rate_hz: 99.0, loss: 0.01, latency_s: Some(0.006), rssi_dbm: None };
         recorder.link(0.004, robot, &quality).expect("written");

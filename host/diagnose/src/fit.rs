@@ -74,7 +74,7 @@ impl Fit {
         Some(self.free[place].number(self.coordinates[place]))
     }
 
-    /// Value and standard deviation of a slot's coordinate; `None` if it was not moved.
+    /// Standard deviation of the coordinate at `index` in the order of the free ones, in the coordinate's unit.
     #[must_use]
     pub fn deviation(&self, index: usize) -> f64 {
         self.covariance[(index, index)].max(0.0).sqrt()

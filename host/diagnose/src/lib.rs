@@ -24,8 +24,8 @@
 //! let measured: Vec<_> = (1..=4)
 //!     .map(|seed| {
 //!         let duty = |k: u64| (((k * 7 + seed * 3) % 11) as f64 - 5.0) / 5.0;
-//!         let steps = (0..16).map(|k| Step { at_s: 0.25 * k as f64, order: Order::Duty { duty: duty(k) } }).collect();
-//!         let plan = Plan { drive: Drive { steps, end_s: None }, seconds: 4.0, faults: Vec::new() };
+//!         let steps = (0..8).map(|k| Step { at_s: 0.25 * k as f64, order: Order::Duty { duty: duty(k) } }).collect();
+//!         let plan = Plan { drive: Drive { steps, end_s: None }, seconds: 2.0, faults: Vec::new() };
 //!         Ok(recording(&run(&rig, seed, &hal_sim::Settings::default(), &plan)?, &rig))
 //!     })
 //!     .collect::<Result<_, simulation::SimError>>()?;

@@ -131,9 +131,10 @@ mod tests {
     use super::*;
 
     fn batch(first_tick: u32, duty: Option<i16>) -> Batch {
-        let rows = (0..BATCH).map(|i| Row { code: i as u16, second: None, duty, angle: 0, speed: 0 }).collect();
+        let rows = (0..BATCH).map(|i| Row { code: i as u16, duty, ..Row::default() }).collect();
         Batch {
             first_tick,
+            time_us: 1000 * u64::from(first_tick),
             state: State::Idle,
             fault: None,
             tracking: false,

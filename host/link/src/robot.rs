@@ -69,6 +69,8 @@ pub enum Event {
         number: u16,
         /// What was ordered.
         what: What,
+        /// The robot's control period in which it was done or refused; `None` where the robot did not answer.
+        tick: Option<u32>,
         /// How it ended.
         outcome: Outcome,
     },
@@ -295,7 +297,7 @@ impl Robot {
         if self.is_present() {
             self.orders.push_back(Waiting { number, what, begun: None });
         } else {
-            events.push(Event::Answered { number, what, outcome: Outcome::Absent });
+            events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Absent });
         }
         number
     }
@@ -303,7 +305,7 @@ impl Robot {
     pub(super) fn stop(&mut self, now: Duration, events: &mut Vec<Event>) {
         for order in self.orders.drain(..) {
             let (number, what) = (order.number, order.what);
-            events.push(Event::Answered { number, what, outcome: Outcome::Overtaken });
+            events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Overtaken });
         }
         // Without a session there is nothing to stop: the next one begins with the bridge off.
         if matches!(self.phase, Phase::Talking(_)) {
@@ -322,7 +324,7 @@ impl Robot {
             (self.stop, self.uptime, self.told_ms, self.telemetry) = (None, None, None, None);
             for order in self.orders.drain(..) {
                 let (number, what) = (order.number, order.what);
-                events.push(Event::Answered { number, what, outcome: Outcome::Unanswered });
+                events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Unanswered });
             }
             if was_present {
                 events.push(Event::Lost);
@@ -337,7 +339,7 @@ impl Robot {
             && let Some(order) = self.orders.pop_front()
         {
             let (number, what) = (order.number, order.what);
-            events.push(Event::Answered { number, what, outcome: Outcome::Unanswered });
+            events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Unanswered });
             self.stop(now, events);
         }
     }
@@ -473,7 +475,7 @@ impl Robot {
         self.out_of_time |= self.uptime.is_some_and(|uptime| uptime.leaped(uptime_ms, now));
         self.uptime = Some(Uptime::later(self.uptime, uptime_ms, now));
         match message {
-            FromRobot::Answer { number, answer } => self.answered(number, answer, events),
+            FromRobot::Answer { number, tick, answer } => self.answered(number, tick, answer, events),
             FromRobot::Telemetry(batch) => {
                 self.telemetry = Some(batch.clone());
                 let is_driving = batch.state.is_driving();
@@ -487,7 +489,7 @@ impl Robot {
         }
     }
 
-    fn answered(&mut self, number: u16, answer: Answer, events: &mut Vec<Event>) {
+    fn answered(&mut self, number: u16, tick: u32, answer: Answer, events: &mut Vec<Event>) {
         if self.orders.front().is_none_or(|order| order.number != number || order.begun.is_none()) {
             // Again: the answer to a repetition.
             return;
@@ -498,7 +500,7 @@ impl Robot {
             Answer::Refused(refusal) => Outcome::Refused(refusal),
             Answer::TooLate => Outcome::TooLate,
         };
-        events.push(Event::Answered { number, what: order.what, outcome });
+        events.push(Event::Answered { number, what: order.what, tick: Some(tick), outcome });
     }
 
     /// `Stop` has come to its end when telemetry from after it says that the bridge is off.

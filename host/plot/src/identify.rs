@@ -1,6 +1,6 @@
 //! The residual over the angle as a picture.
 
-use crate::report::svg::{COLOURS, Chart, STYLE, number, range};
+use crate::report::svg::{Chart, STYLE, fixed, number, range};
 use diagnose::identify::{PotentiometerFit, ResidualBin};
 
 /// Error of the reading over the shaft angle before and after, the blind arc shaded: a self-contained SVG file.
@@ -41,7 +41,8 @@ pub fn residual_svg(fit: &PotentiometerFit) -> String {
     );
     let svg = chart.finish(&title, "shaft angle, °", "error, °", &title);
     // A style sheet of its own, so that the file stands alone; a page's would do for an inlined one.
-    svg.replacen("<defs>", &format!("<style>{COLOURS}{STYLE}svg{{background:var(--paper)}}</style><defs>"), 1)
+    let paper = "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>";
+    svg.replacen("<defs>", &format!("<style>{}</style>{paper}<defs>", fixed(STYLE)), 1)
 }
 
 #[cfg(test)]
@@ -62,6 +63,8 @@ mod tests {
         let fit = potentiometer(&robot, &recording(&trace, &robot)).unwrap();
         let svg = residual_svg(&fit);
         roxmltree::Document::parse(&svg).unwrap();
+        // Programs other than browsers show what they do not know in black.
+        assert!(!svg.contains("var(") && svg.contains("stroke:#c8500a") && svg.contains("stroke:#0a63c9"), "{svg}");
         if let Ok(folder) = std::env::var("SCRAM_REPORT_SAMPLES") {
             std::fs::write(format!("{folder}/potentiometer.svg"), &svg).unwrap();
         }

@@ -29,6 +29,7 @@ mod panel;
 pub mod report;
 mod run;
 mod timeline;
+mod title;
 pub mod view;
 mod walk;
 
@@ -36,4 +37,5 @@ pub use identify::residual_svg;
 pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
 pub use run::{PLOT_NAMES, plots};
 pub use timeline::{Mark, Span, Strip, Timeline};
+pub use title::under_title;
 pub use walk::{WALK_PLOT_NAMES, walk_plots};

@@ -19,6 +19,8 @@ const Y_LABELS: i32 = 74;
 const RIGHT: i32 = 24;
 /// Points that a line keeps: more than a screen has columns.
 const MOST_POINTS: usize = 4000;
+/// Height of the bar along the edge where a line is beyond it, as a share of the panel's.
+const BEYOND: f64 = 0.025;
 /// Bands that still tell something apart.
 const MOST_BANDS: usize = 80;
 
@@ -183,8 +185,30 @@ fn draw(panel: &Panel, area: &Area<'_>, x_label: bool) -> Drawn {
                 chart.draw_series(LineSeries::new(piece, style))?;
             }
         }
+        let bars = beyond(line, panel.x, (low, high)).into_iter().map(|(from, to, above)| {
+            let thick = BEYOND * (high - low);
+            let (bottom, top) = if above { (high - thick, high) } else { (low, low + thick) };
+            Rectangle::new([(from, bottom), (to, top)], line.colour.mix(0.55).filled())
+        });
+        chart.draw_series(bars)?;
     }
     Ok(())
+}
+
+/// Where a line leaves the range of y: from, to, and whether it is above. A line that breaks ends it.
+fn beyond(line: &Line, x: (f64, f64), y: (f64, f64)) -> Vec<(f64, f64, bool)> {
+    let mut bars: Vec<(f64, f64, bool)> = Vec::new();
+    let mut outside = None;
+    for &(at, value) in line.points.iter().filter(|(at, _)| (x.0..=x.1).contains(at)) {
+        let now = value.and_then(|value| if value > y.1 { Some(true) } else { (value < y.0).then_some(false) });
+        match (now, bars.last_mut()) {
+            (Some(above), Some(bar)) if outside == now => *bar = (bar.0, at, above),
+            (Some(above), _) => bars.push((at, at, above)),
+            _ => {}
+        }
+        outside = now;
+    }
+    bars
 }
 
 fn shaded(panel: &Panel) -> Option<&Band> {
@@ -291,6 +315,27 @@ mod tests {
         assert!(kept[0].len() <= 2 * MOST_POINTS);
         assert!(kept[0].contains(&(43_210.0, 9.0)));
         assert!(kept[0].windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn what_is_beyond_the_axis_is_marked_at_its_edge() {
+        let values = [0.0, 5.0, 6.0, 0.5, -7.0, -8.0, 9.0, 0.0];
+        let mut points: Vec<(f64, Option<f64>)> = (0..8).map(f64::from).zip(values.map(Some)).collect();
+        points.push((8.0, None));
+        let line = Line { label: String::new(), colour: BLACK, dashed: false, width: 1, points };
+        let bars = beyond(&line, (0.0, 8.0), (-1.0, 1.0));
+        assert_eq!(bars, [(1.0, 2.0, true), (4.0, 5.0, false), (6.0, 6.0, true)]);
+        assert!(beyond(&line, (0.0, 8.0), (-10.0, 10.0)).is_empty());
+        let panel = |y| Panel {
+            title: "phase".into(),
+            y_label: String::new(),
+            x: (0.0, 8.0),
+            y,
+            band: None,
+            lines: vec![line.clone()],
+        };
+        let drawn = |y| render(&[panel(y)], Size { width: 400, height: 200 }).unwrap().matches("<rect").count();
+        assert_eq!(drawn(Some((-1.0, 1.0))), drawn(None) + 3);
     }
 
     #[test]

@@ -112,7 +112,14 @@ impl<'a> View<'a> {
         // The range is that of the steady part: finding the phase goes through the whole turn.
         let settled = self.trace.ticks.iter().skip(self.trace.ticks.len() / 2).filter(|t| held(t));
         let reach = (1.5 * settled.map(|t| error(t).abs()).fold(0.0, f64::max)).clamp(3.0, 180.0);
-        Panel { y: Some((-reach, reach)), ..self.panel("Phase: reference minus truth", "phase error / °", vec![line]) }
+        let all = self.trace.ticks.iter().filter(|t| held(t)).map(error);
+        let most = all.fold(0.0, |most: f64, error| most.max(error.abs()));
+        let title = if most > reach {
+            format!("Phase: reference minus truth; bars at the edge: beyond it, up to {most:.0}°")
+        } else {
+            "Phase: reference minus truth".to_owned()
+        };
+        Panel { y: Some((-reach, reach)), ..self.panel(&title, "phase error / °", vec![line]) }
     }
 
     fn angle(&self) -> Panel {

@@ -58,6 +58,7 @@ fn row(tick: u64, t_s: f64) -> TelemetryRow {
     TelemetryRow {
         t_s,
         tick,
+        time_us: Some(1000 * tick),
         adc: (2048.0 + 1900.0 * wave) as u16,
         adc_second: None,
         duty: Some(steps(wave, 32767.0)),

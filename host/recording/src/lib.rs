@@ -4,7 +4,7 @@
 //! file, [`write_mcap`] and [`write_csv`] write one, [`SessionRecorder`] writes while a session lasts.
 //!
 //! ```
-//! use recording::{AngleReading, Drive, Metadata, Recording, load, write_mcap};
+//! use recording::{AngleReading, Drive, Recording, load, write_mcap};
 //!
 //! let directory = tempfile::tempdir()?;
 //! let path = directory.path().join("run.mcap");
@@ -15,7 +15,7 @@
 //!     angle: AngleReading::Angle(vec![Some(0.0), None, Some(0.02)]),
 //!     ..Recording::default()
 //! };
-//! write_mcap(&path, &run, &[], &Metadata::default())?;
+//! write_mcap(&path, &run)?;
 //! assert_eq!(load(&path)?.angle, run.angle);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -59,7 +59,7 @@ pub use progress::Progress;
 pub use rig::check_rig;
 pub use run_log::{LoggedOrder, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
-pub use telemetry::{LinkQuality, Outcome, RecordedEvent, SessionEvent, Stated, TelemetryRow};
+pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};
 pub use words::fault;
 
 /// One run.

@@ -12,7 +12,7 @@ pub(super) fn sample_schema() -> Value {
     object(
         "scram.Sample",
         json!({
-            "t_s": { "type": number }, "tick": { "type": whole }, "enable": { "type": whole },
+            "t_s": { "type": number }, "tick": { "type": whole }, "time_us": { "type": whole }, "enable": { "type": whole },
             "duty": { "type": number }, "adc": { "type": whole }, "adc_second": { "type": whole }, "estimate_angle_rad": { "type": perhaps },
             "estimate_speed_rad_per_s": { "type": perhaps }, "supply_v": { "type": number },
             "battery_v": { "type": number },
@@ -39,7 +39,8 @@ pub(super) fn event_schema() -> Value {
         json!({
             "t_s": { "type": "number" }, "kind": { "type": "string" }, "text": { "type": "string" },
             "command": { "type": ["object", "string", "null"] }, "repeat": { "type": "boolean" },
-            "outcome": { "type": "string" }, "fault": { "type": "string" },
+            "outcome": { "type": "string" }, "fault": { "type": "string" }, "tick": { "type": "integer" },
+            "parameter": { "type": "object" },
         }),
     )
 }

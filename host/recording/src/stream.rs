@@ -96,6 +96,8 @@ impl From<mcap::McapError> for Why {
 struct SampleMessage {
     t_s: f64,
     tick: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_us: Option<u64>,
     enable: u8,
     duty: f32,
     adc: u16,
@@ -218,6 +220,7 @@ impl SessionRecorder {
         let message = SampleMessage {
             t_s,
             tick: row.tick,
+            time_us: row.time_us,
             enable: u8::from(row.duty.is_some()),
             duty: row.duty.and_then(finite).unwrap_or(0.0),
             adc: row.adc,

@@ -10,6 +10,8 @@ pub struct TelemetryRow {
     pub t_s: f64,
     /// Number of the control period since the robot's start; a gap is a lost tick.
     pub tick: u64,
+    /// Exact time of the sample on the robot's clock, µs, where the robot told it.
+    pub time_us: Option<u64>,
     /// Raw code of the angle sensor.
     pub adc: u16,
     /// Raw code of the second angle sensor, where there is one: then in every row.
@@ -75,6 +77,13 @@ pub enum SessionEvent {
         text: String,
         /// What became of it.
         outcome: Outcome,
+        /// Number of the control period whose decision is the first after it was done or refused; `None` where the robot did
+        /// not say so.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        tick: Option<u64>,
+        /// After a `set`: what the robot runs on.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        parameter: Option<ParameterValue>,
     },
     /// The supervisor stepped in.
     Fault {
@@ -92,6 +101,15 @@ pub enum SessionEvent {
         /// For people.
         text: String,
     },
+}
+
+/// A parameter of the controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterValue {
+    /// Its name in [`control::parameters::table::TABLE`].
+    pub name: String,
+    /// In the table's unit.
+    pub value: f32,
 }
 
 /// What became of an order.

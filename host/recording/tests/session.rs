@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 
 use control::{Fault, State, Stroke};
 use recording::{
-    AngleReading, Drive, Entry, LinkQuality, Metadata, Outcome, ReadOptions, RecordedEvent, RecordingError,
-    SessionEvent, SessionRecorder, Stated, TelemetryRow, entries, events, load, load_with,
+    AngleReading, Drive, Entry, LinkQuality, Metadata, Outcome, ParameterValue, ReadOptions, RecordedEvent,
+    RecordingError, SessionEvent, SessionRecorder, Stated, TelemetryRow, entries, events, load, load_with,
 };
 
 fn row(tick: u64) -> TelemetryRow {
@@ -16,6 +16,7 @@ fn row(tick: u64) -> TelemetryRow {
     TelemetryRow {
         t_s: tick as f64 * 1e-3,
         tick: 90_000 + tick,
+        time_us: Some(90_000_003 + 1001 * tick),
         adc: (tick % 4096) as u16,
         adc_second: None,
         duty: (!tick.is_multiple_of(50)).then_some(wave),
@@ -36,6 +37,11 @@ fn order(text: &str, command: Option<control::Command>) -> SessionEvent {
     SessionEvent::Order { text: text.into(), command, repeat: false }
 }
 
+fn answer(text: &str, outcome: Outcome, tick: Option<u64>) -> SessionEvent {
+    let parameter = (outcome == Outcome::Done).then(|| ParameterValue { name: "frequency_hz".into(), value: 9.1 });
+    SessionEvent::Answer { text: text.into(), outcome, tick, parameter }
+}
+
 /// Every kind, with the awkward characters that a person types.
 fn happenings() -> Vec<SessionEvent> {
     let swing = control::Command::Oscillate { from: -1.745_329_3, to: 0.1, style: Stroke::Proportional };
@@ -45,9 +51,9 @@ fn happenings() -> Vec<SessionEvent> {
         order("coast", Some(control::Command::Coast)),
         SessionEvent::Order { text: "coast".into(), command: Some(control::Command::Coast), repeat: true },
         order("get \"ä\\n\u{1}", None),
-        SessionEvent::Answer { text: "12 V/rad".into(), outcome: Outcome::Done },
-        SessionEvent::Answer { text: "no".into(), outcome: Outcome::Refused },
-        SessionEvent::Answer { text: String::new(), outcome: Outcome::TooLate },
+        answer("12 V/rad", Outcome::Done, Some(41)),
+        answer("no", Outcome::Refused, Some(42)),
+        answer("", Outcome::TooLate, None),
         SessionEvent::Fault { fault: Fault::SensorOpen },
         SessionEvent::LinkLost,
         SessionEvent::LinkRegained,

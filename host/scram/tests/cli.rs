@@ -12,10 +12,10 @@ use common::root;
 fn sim_holds_seven_hertz_and_says_where_it_wrote() {
     let directory = temporary();
     let table = succeeds(directory.path(), "sim --robot @/robot.toml");
-    for part in ["scram-26", "mean frequency", "Hz", "blind arc", "written: out/run.mcap"] {
+    for part in ["scram-26", "mean frequency", "Hz", "blind arc", "written: out/run-0001/run.mcap"] {
         assert!(table.contains(part), "{table}");
     }
-    let mut written: Vec<String> = std::fs::read_dir(directory.path().join("out"))
+    let mut written: Vec<String> = std::fs::read_dir(directory.path().join("out/run-0001"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
@@ -36,8 +36,13 @@ fn sim_holds_seven_hertz_and_says_where_it_wrote() {
         "voltage.svg",
     ];
     assert_eq!(written, expected, "and no temporary file");
+    for name in written.iter().filter(|name| name.ends_with(".svg")) {
+        let svg = std::fs::read_to_string(directory.path().join("out/latest").join(name)).unwrap();
+        assert!(svg.contains(">scram-26, freq:7 for 2 s, seed 1, on the ground, α 60°</text>"), "{name}");
+    }
     for name in ["run.csv", "run.mcap"] {
-        let loaded = recording::load_with(&directory.path().join("out").join(name), &Default::default()).unwrap();
+        let loaded =
+            recording::load_with(&directory.path().join("out/latest").join(name), &Default::default()).unwrap();
         assert_eq!(loaded.recording.len(), 2000);
         assert_eq!(loaded.metadata.robot.as_deref(), Some("scram-26"));
         assert_eq!(loaded.metadata.excitation.as_deref(), Some("freq:7"));
@@ -98,11 +103,72 @@ fn sim_oscillates_and_follows_a_script() {
 #[test]
 fn what_this_run_does_not_write_is_left_and_said() {
     let directory = temporary();
-    succeeds(directory.path(), "sim --robot @/robot.toml");
-    let (_, message) = succeeds_saying(directory.path(), "sim --robot @/robot.toml --drive oscillate:-60..60");
+    succeeds(directory.path(), "sim --robot @/robot.toml --out out");
+    let words = "sim --robot @/robot.toml --drive oscillate:-60..60 --out out --overwrite";
+    let (_, message) = succeeds_saying(directory.path(), words);
     assert!(message.contains("not of this run, but in out: phase.svg\n"), "{message}");
     assert!(directory.path().join("out/phase.svg").exists(), "it may be somebody's own");
     assert!(directory.path().join("out/angle.svg").exists());
+}
+
+#[test]
+fn every_run_has_a_directory_of_its_own_and_latest_is_the_last() {
+    let directory = temporary();
+    let at = |name: &str| directory.path().join("out").join(name);
+    let bytes = |name: &str| std::fs::read(at(name)).unwrap();
+    let words = "sim --bench --robot @/robot.toml --seconds 0.2 --json --seed";
+    let first = json(&succeeds(directory.path(), &format!("{words} 1")));
+    assert_eq!(first["files"][0], "out/run-0001/run.mcap");
+    let before = bytes("run-0001/run.csv");
+    assert_eq!(bytes("latest/run.csv"), before);
+    // Two at once: neither is written into the other's.
+    let start = |seed| {
+        let mut run = command(directory.path(), &format!("{words} {seed}"));
+        run.stdout(std::process::Stdio::piped()).spawn().unwrap()
+    };
+    let running = [2, 3].map(start);
+    let files = running.map(|run| {
+        let output = run.wait_with_output().unwrap();
+        assert!(output.status.success());
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (said["seed"].as_u64().unwrap(), said["files"][1].as_str().unwrap().to_owned())
+    });
+    assert_ne!(files[0].1, files[1].1);
+    for (seed, file) in files {
+        let loaded = recording::load_with(&directory.path().join(&file), &Default::default()).unwrap();
+        assert_eq!(loaded.metadata.seed, Some(seed), "{file}");
+    }
+    assert_eq!(bytes("run-0001/run.csv"), before, "the first is as it was");
+    let mut names: Vec<_> = std::fs::read_dir(at("")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["latest", "run-0001", "run-0002", "run-0003"], "and no temporary link");
+    assert_ne!(bytes("latest/run.csv"), before);
+}
+
+#[test]
+fn a_recording_that_is_there_is_written_over_only_on_request() {
+    let directory = temporary();
+    let words = |seed: u32| format!("sim --bench --robot @/robot.toml --seconds 0.2 --out mine --seed {seed}");
+    succeeds(directory.path(), &words(1));
+    let bytes = || std::fs::read(directory.path().join("mine/run.csv")).unwrap();
+    let before = bytes();
+    fails(directory.path(), &words(2), 1, &["mine/run.mcap is there already", "--overwrite"]);
+    std::fs::remove_file(directory.path().join("mine/run.mcap")).unwrap();
+    fails(directory.path(), &words(2), 1, &["mine/run.csv is there already", "--overwrite"]);
+    assert_eq!(bytes(), before);
+    succeeds(directory.path(), &format!("{} --overwrite", words(2)));
+    assert_ne!(bytes(), before);
+    // Of two at once into one directory the first to end is kept whole, and the other is refused.
+    let both = [3, 4].map(|seed| command(directory.path(), &words(seed).replace("mine", "both")).spawn().unwrap());
+    let done = both.map(|run| run.wait_with_output().unwrap().status.code());
+    if cfg!(unix) {
+        assert!(done == [Some(0), Some(1)] || done == [Some(1), Some(0)], "{done:?}");
+        let seeds = ["run.mcap", "run.csv"].map(|name| {
+            let path = directory.path().join("both").join(name);
+            recording::load_with(&path, &Default::default()).unwrap().metadata.seed
+        });
+        assert_eq!(seeds[0], seeds[1]);
+    }
 }
 
 #[test]
@@ -252,7 +318,7 @@ fn bad_recordings_are_refused_before_anything_is_written() {
     csv(path, "nan.csv", header, 500, |i| if i == 250 { format!("{},0.5,NaN", t(i)) } else { still(i) });
     csv(path, "degrees.csv", header, 500, |i| format!("{},0.5,{}", t(i), 2520.0 * t(i)));
     csv(path, "percent.csv", header, 500, |i| format!("{},50,0.1", t(i)));
-    std::fs::write(path.join("other.csv"), std::fs::read(path.join("good.csv")).unwrap()).unwrap();
+    csv(path, "other.csv", header, 500, |i| format!("{},0.4,0.1", t(i)));
     std::fs::write(path.join("other.toml"), "robot = \"walker-9\"\n").unwrap();
     csv(path, "supply.csv", "t_s,duty,angle_rad,supply_v", 500, |i| format!("{},24", still(i)));
 
@@ -289,8 +355,8 @@ fn a_recording_of_another_rig_is_refused() {
 #[test]
 fn a_held_out_run_is_never_fitted_on() {
     let directory = temporary();
-    for name in ["a.csv", "b.csv", "c.csv"] {
-        csv(directory.path(), name, "t_s,duty,angle_rad", 30, |i| format!("{},0.5,0.1", i as f64 * 1e-3));
+    for (name, duty) in [("a.csv", 0.5), ("b.csv", 0.6), ("c.csv", 0.7)] {
+        csv(directory.path(), name, "t_s,duty,angle_rad", 30, |i| format!("{},{duty},0.1", i as f64 * 1e-3));
     }
     let says = |words: &str, part: &str| {
         let output = scram(directory.path(), &format!("diagnose {words} --robot @/robots/bench-linear.toml"));
@@ -316,4 +382,75 @@ fn a_hole_in_a_recording_is_not_simulated() {
     let mut diagnose = assert_cmd::Command::from_std(diagnose);
     let output = diagnose.timeout(std::time::Duration::from_secs(120)).output().unwrap();
     assert!(output.status.code().is_some(), "it takes for ever");
+}
+
+#[test]
+fn a_run_that_is_listed_twice_is_refused() {
+    let directory = temporary();
+    for (name, duty) in [("a.csv", "0.5"), ("b.csv", "0.6")] {
+        csv(directory.path(), name, "t_s,duty,angle_rad", 30, |i| format!("{},{duty},0.1", i as f64 * 1e-3));
+    }
+    std::fs::copy(directory.path().join("a.csv"), directory.path().join("copy.csv")).unwrap();
+    for (words, says) in [
+        ("a.csv a.csv", "a.csv is listed twice"),
+        ("a.csv b.csv ./a.csv", "./a.csv is listed twice"),
+        ("a.csv b.csv copy.csv", "copy.csv has the same content as a.csv"),
+        ("a.csv b.csv --holdout copy.csv", "copy.csv has the same content as a.csv"),
+    ] {
+        fails(directory.path(), &format!("diagnose {words} --robot @/robots/bench-linear.toml"), 2, &[says, "once"]);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_printed_onto_a_full_disk_is_not_called_done() {
+    let directory = temporary();
+    for words in [
+        "export mjcf --robot @/robot.toml",
+        "design --robot @/robot.toml --json",
+        "design --robot @/robot.toml",
+        "completions bash",
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = common::command::to_file(directory.path(), words, full);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{words}: {message}");
+        assert!(message.contains("stdout: the disk is full"), "{words}: {message}");
+    }
+}
+
+#[test]
+fn a_value_of_the_robot_file_is_set_for_one_run() {
+    let directory = temporary();
+    let design = |more: &str| succeeds(directory.path(), &format!("design --robot @/robot.toml --json {more}"));
+    let ceiling = |text: &str| json(text)["ceiling_hz"].as_f64().unwrap();
+    let (usual, set) = (ceiling(&design("")), ceiling(&design("--set motor.resistance_ohm=25")));
+    assert!(set < 0.9 * usual, "{usual} Hz, {set} Hz");
+    let bench = |more: &str| succeeds(directory.path(), &format!("sim --bench --robot @/robot.toml --json {more}"));
+    let peak = |text: &str| json(text)["peak_current_a"].as_f64().unwrap();
+    assert!(peak(&bench("--set motor.resistance_ohm=25")) < peak(&bench("")));
+    for (set, code, says) in [
+        ("motor.resistance=18", 2, ["has no such quantity", "motor.resistance_ohm"]),
+        ("motor.resistance_ohm", 2, ["PATH=VALUE", "motor.resistance_ohm=18"]),
+        ("motor.resistance_ohm=x", 2, ["not a finite number", "--set"]),
+        ("motor.resistance_ohm=15000", 1, ["--set motor.resistance_ohm=15000", "outside the allowed 0.01 … 1000"]),
+    ] {
+        common::command::refuses(directory.path(), &format!("sim --robot @/robot.toml --set {set}"), code, &says);
+    }
+}
+
+#[test]
+fn a_page_is_not_written_over_data() {
+    let directory = temporary();
+    for name in ["run.csv", "notes.html"] {
+        std::fs::write(directory.path().join(name), "t_s,duty\n0,1\n").unwrap();
+    }
+    for (name, says) in [("run.csv", "ends in .html"), ("notes.html", "no page"), ("new.csv", "ends in .html")] {
+        common::command::refuses(directory.path(), &format!("sim --robot @/robot.toml --view {name}"), 1, &[says]);
+        let text = std::fs::read_to_string(directory.path().join(name)).unwrap_or_default();
+        assert!(name == "new.csv" || text.starts_with("t_s,duty"), "{name}: {text}");
+    }
+    for _ in 0..2 {
+        succeeds(directory.path(), "sim --robot @/robot.toml --seconds 0.2 --view page.html");
+    }
 }

@@ -43,7 +43,7 @@ fn a_link_stays_and_its_target_is_replaced() {
     }
     symlink("far/page.html", at("page.html")).unwrap();
     symlink("far/robot.xml", at("robot.xml")).unwrap();
-    succeeds(directory.path(), &format!("{SIM} --view page.html"));
+    succeeds(directory.path(), &format!("{SIM} --view page.html --out out --overwrite"));
     succeeds(directory.path(), &format!("{EXPORT} -o robot.xml"));
     for name in ["run.csv", "run.mcap", "path.svg"] {
         assert!(at("out").join(name).is_symlink(), "{name}");
@@ -60,10 +60,10 @@ fn a_link_stays_and_its_target_is_replaced() {
 fn a_full_device_is_said_and_stays() {
     let directory = temporary();
     // By way of a link: what is written to by mistake is the link.
-    let link = directory.path().join("full");
+    let link = directory.path().join("full.html");
     symlink("/dev/full", &link).unwrap();
-    for words in [format!("{EXPORT} -o full"), format!("{SIM} --view full")] {
-        refuses(directory.path(), &words, 1, &["full: the disk is full"]);
+    for words in [format!("{EXPORT} -o full.html"), format!("{SIM} --view full.html")] {
+        refuses(directory.path(), &words, 1, &["full.html: the disk is full"]);
         assert!(link.is_symlink());
         assert!(fs::metadata("/dev/full").unwrap().file_type().is_char_device());
     }
@@ -84,15 +84,16 @@ fn standard_output_is_written_on_whatever_it_is() {
 #[test]
 fn a_full_disk_names_the_file_and_takes_nothing_away() {
     let directory = temporary();
-    succeeds(directory.path(), &format!("{SIM} --view page.html"));
+    succeeds(directory.path(), &format!("{SIM} --view page.html --out out"));
     succeeds(directory.path(), &format!("{EXPORT} -o robot.xml"));
     let before = (files(directory.path()), files(&directory.path().join("out")));
     // A limit on the size of files stands for a full disk; ignored, its signal is an error of the write.
     let full = "trap '' XFSZ; ulimit -f 4; exec \"$@\"";
     let says = [
         (format!("{EXPORT} -o robot.xml"), "robot.xml cannot be written"),
-        (format!("{SIM} --seed 2"), "out/run.mcap"),
+        (format!("{SIM} --seed 2 --out out --overwrite"), "out/run.mcap"),
         (format!("{SIM} --out new"), "new/run.mcap"),
+        (SIM.to_owned(), "out/run-0001/run.mcap"),
     ];
     for (words, named) in says {
         let output = shell(directory.path(), full, &words);
@@ -103,6 +104,10 @@ fn a_full_disk_names_the_file_and_takes_nothing_away() {
     assert_eq!(files(directory.path()), before.0);
     assert!(files(&directory.path().join("out")) == before.1, "nothing is lost, and no temporary file is left");
     assert!(files(&directory.path().join("new")).is_empty());
+    for name in ["run-0001", "latest"] {
+        assert!(!directory.path().join("out").join(name).is_symlink(), "{name}");
+        assert!(!directory.path().join("out").join(name).exists(), "{name} leads to a run that is not there");
+    }
 }
 
 #[cfg(target_os = "linux")]

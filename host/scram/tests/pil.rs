@@ -1,10 +1,11 @@
 //! The processor in the loop: RISC-V machine code in QEMU makes the recording that the host's own controller makes.
-//! Skipped, and said so, where QEMU or a toolchain for RISC-V is missing.
+//! Skipped, and said so, where QEMU or a toolchain for RISC-V is missing; with SCRAM_ALL_PEERS=1 that is a failure.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use scram::hil::{HilError, PROGRAM, Qemu};
+use workbench::peers::skip;
 
 const SCRAM: &str = env!("CARGO_BIN_EXE_scram");
 
@@ -15,7 +16,7 @@ fn root() -> PathBuf {
 /// The program for QEMU; `None` where this machine cannot build or run it.
 fn program() -> Option<PathBuf> {
     if let Err(HilError::NoQemu) = Qemu::is_installed() {
-        eprintln!("skipped: there is no {PROGRAM}");
+        skip(&format!("there is no {PROGRAM}"));
         return None;
     }
     let mut cargo = Command::new(env!("CARGO"));
@@ -23,7 +24,7 @@ fn program() -> Option<PathBuf> {
     let output = cargo.output().expect("cargo starts");
     let said = String::from_utf8_lossy(&output.stderr);
     if said.contains("no Rust toolchain here has") || said.contains("the linker for riscv32imc") {
-        eprintln!("skipped: {said}");
+        skip(&said);
         return None;
     }
     assert!(output.status.success(), "firmware/pil does not build:\n{said}");
@@ -67,7 +68,7 @@ fn qemu_makes_the_recording_of_sim() {
 #[test]
 fn what_is_no_program_ends_with_a_reason() {
     if Qemu::is_installed().is_err() {
-        eprintln!("skipped: there is no {PROGRAM}");
+        skip(&format!("there is no {PROGRAM}"));
         return;
     }
     let run = |elf: &str| {

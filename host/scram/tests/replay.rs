@@ -1,7 +1,10 @@
 //! `scram replay`: a recording decided again gives the same to the bit, other gains do not, and what cannot be compared is
 //! told.
 
+mod common;
+
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use assert_cmd::Command;
 use control::Controller;
@@ -11,6 +14,7 @@ use recording::{
     LinkQuality, Metadata, RobotChannel, SessionEvent, SessionRecorder, Stated, TelemetryRow, load, write_csv,
     write_mcap,
 };
+use scram::console::Engine;
 use scram::replay::{Findings, replay};
 use serde_json::Value;
 use simulation::{Drive, Plan, Scheduled, Trace};
@@ -38,7 +42,7 @@ fn scram(directory: &Path, words: &[&str]) -> String {
 fn simulate(directory: &Path, robot: &Path, drive: &str, faults: &str) {
     std::fs::write(directory.join("steps.txt"), SCRIPT).unwrap();
     let robot = robot.to_str().unwrap();
-    scram(directory, &["sim", "--robot", robot, "--drive", drive, "--faults", faults, "--out", "run"]);
+    scram(directory, &["sim", "--robot", robot, "--drive", drive, "--faults", faults, "--out", "run", "--overwrite"]);
 }
 
 fn replayed(directory: &Path, robot: &Path, run: &str) -> Value {
@@ -215,6 +219,7 @@ fn tell(recorder: &mut SessionRecorder, channel: RobotChannel, trace: &Trace, lo
         let told = TelemetryRow {
             t_s,
             tick: 5000 + index as u64,
+            time_us: None,
             adc: row.code,
             adc_second: row.second,
             duty: row.duty(),
@@ -306,4 +311,88 @@ fn telemetry_of_a_steady_clock_is_decided_again_to_half_a_step() {
     assert_eq!(found.same, Some(true), "{found:?}");
     assert!(found.compared.len() == 7 && found.compared.iter().all(|q| q.different == 0), "{:?}", found.compared);
     assert!(found.notes.iter().any(|note| note.contains("half a step")), "{:?}", found.notes);
+}
+
+/// Types into a console on a robot whose radio loses nothing, with half a second after each line; the recording.
+fn record_session(directory: &Path, seed: u64, lines: &[&str]) -> PathBuf {
+    let line = common::bench::bench(1, seed, |setup| {
+        (setup.radio.loss_share.value, setup.radio.quiet_loss_share.value) = (0.0, 0.0);
+        (setup.radio.corruption_share.value, setup.radio.reorder_share.value) = (0.0, 0.0);
+    });
+    let mut engine = Engine::new(common::bench::session(&line, 1, seed), "the bench");
+    engine.record(directory, 1e-3).unwrap();
+    while engine.model().robots[0].state.is_none() {
+        engine.poll().expect("the line holds");
+    }
+    for text in lines {
+        match *text {
+            "Esc" => engine.stop_all(),
+            text => engine.submit(text).unwrap(),
+        }
+        let end = engine.model().now + Duration::from_millis(500);
+        while engine.model().now < end {
+            engine.poll().expect("the line holds");
+        }
+    }
+    engine.finish();
+    engine.model().recording.as_ref().unwrap().path.clone()
+}
+
+#[track_caller]
+fn assert_no_difference(path: &Path) -> Findings {
+    let own = Robot { name: "robot-0".into(), ..robot() };
+    let found = replay(path, None, &own).unwrap().findings;
+    assert_eq!(found.same, Some(true), "{found:?}");
+    assert_eq!(found.compared.len(), 7, "{found:?}");
+    for quantity in &found.compared {
+        assert!(quantity.compared > 500, "{quantity:?}");
+        assert_eq!(quantity.different, 0, "{quantity:?}");
+    }
+    assert_eq!(found.verdict, "the current controller decides the same");
+    assert!(!found.notes.iter().any(|note| note.contains("exact times") || note.contains("seen to")), "{found:?}");
+    found
+}
+
+#[test]
+fn a_session_with_a_refused_order_is_decided_again_without_a_difference() {
+    let directory = tempfile::tempdir().unwrap();
+    for seed in 1..=4 {
+        let path = record_session(directory.path(), seed, &["clear", "freq 7", "freq 70", "", "Esc"]);
+        assert_no_difference(&path);
+    }
+}
+
+#[test]
+fn a_session_with_every_kind_of_order_is_decided_again_without_a_difference() {
+    let directory = tempfile::tempdir().unwrap();
+    let lines = [
+        "clear",
+        "freq 7",
+        "freq 70",
+        "freq 7.3",
+        "",
+        "set controller.position.proportional_v_per_rad 6",
+        "get controller.position.proportional_v_per_rad",
+        "position 30",
+        "set controller.position.proportional_v_per_rad 20",
+        "position -60",
+        "",
+        "undo",
+        "position 90",
+        "oscillate -100..100",
+        "save",
+        "set controller.supervisor.command_age_s 0.6",
+        "",
+        "duty 0.4",
+        "coast",
+        "Esc",
+        "freq 7",
+        "factory",
+        "Esc",
+        "factory",
+        "position 10",
+        "Esc",
+    ];
+    let path = record_session(directory.path(), 5, &lines);
+    assert_no_difference(&path);
 }

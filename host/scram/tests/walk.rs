@@ -47,7 +47,7 @@ fn a_walk_is_told_as_its_track_has_it() {
     let directory = temporary();
     let said = json(&succeeds(directory.path(), "sim --robot @/robot.toml --drive freq:8 --alpha 90 --json"));
     let walk = &said["walk"];
-    let out = directory.path().join("out");
+    let out = directory.path().join("out/latest");
     for name in ["track.csv", "path.svg", "feet.svg", "gait.svg"] {
         assert!(said["files"].to_string().contains(name), "{name}");
     }
@@ -88,7 +88,7 @@ fn a_walk_is_told_as_its_track_has_it() {
 fn the_recording_has_the_pose_and_replays_to_the_bit() {
     let directory = temporary();
     succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1");
-    let out = directory.path().join("out");
+    let out = directory.path().join("out/latest");
     let (run, track) = (Csv::read(&out.join("run.csv")), Csv::read(&out.join("track.csv")));
     assert_eq!(run.rows.len(), 1000);
     for name in ["x_m", "y_m", "yaw_rad"] {
@@ -96,8 +96,10 @@ fn the_recording_has_the_pose_and_replays_to_the_bit() {
         assert!(ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() < 1e-6), "{name}");
     }
     for file in ["run.mcap", "run.csv"] {
-        let said =
-            json(&succeeds(directory.path(), &format!("replay out/{file} --robot @/robot.toml --json --out again")));
+        let said = json(&succeeds(
+            directory.path(),
+            &format!("replay out/latest/{file} --robot @/robot.toml --json --out again"),
+        ));
         assert_eq!(said["same"], Value::Bool(true), "{said}");
         let compared = said["compared"].as_array().unwrap();
         assert!(compared.len() > 4 && compared.iter().all(|q| q["different"] == 0), "{said}");
@@ -109,7 +111,7 @@ fn on_the_bench_there_is_no_body() {
     let directory = temporary();
     robot(directory.path(), "bare.toml", "remove = [\"body\", \"backbone\", \"eccentric\", \"feet\", \"ground\"]\n");
     succeeds(directory.path(), "sim --robot @/robot.toml --seconds 1 --out walked");
-    let words = "sim --robot @/robot.toml --seconds 1 --bench --out walked";
+    let words = "sim --robot @/robot.toml --seconds 1 --bench --out walked --overwrite";
     let (table, message) = succeeds_saying(directory.path(), words);
     assert!(table.contains("seed 1, the motor alone") && !table.contains("ground") && !table.contains("α"), "{table}");
     // The walk's files stay, and the table does not claim them.
@@ -135,7 +137,7 @@ fn a_clamped_robot_has_foot_paths_and_no_speeds() {
     assert!(said.get("walk").is_none(), "{said}");
     let clamped = &said["clamped"];
     assert_eq!((clamped["clamped_module"].as_u64(), clamped["feet_from_s"].as_f64()), (Some(2), Some(1.0)));
-    let track = Csv::read(&directory.path().join("out/track.csv"));
+    let track = Csv::read(&directory.path().join("out/latest/track.csv"));
     let paths = clamped["foot_path_mm"].as_array().unwrap();
     assert_eq!(paths.len(), 4);
     for (foot, path) in paths.iter().enumerate() {
@@ -174,7 +176,7 @@ fn the_pictures_are_drawings_of_every_foot() {
     let directory = temporary();
     succeeds(directory.path(), "sim --robot @/robot.toml --seconds 0.8 --view walk.html");
     let texts = |name: &str| {
-        let svg = std::fs::read_to_string(directory.path().join("out").join(name)).unwrap();
+        let svg = std::fs::read_to_string(directory.path().join("out/latest").join(name)).unwrap();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let texts = document.descendants().filter(|node| node.has_tag_name("text"));
         texts.filter_map(|node| node.text().map(|text| text.trim().to_owned())).collect::<Vec<_>>()

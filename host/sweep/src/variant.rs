@@ -41,13 +41,19 @@ impl Workshop {
         if let Err(error) = Plan::new(&robot) {
             return Err(AxisError::NoBody(error.to_string()));
         }
+        Ok(Self::of_any(document, robot))
+    }
+
+    /// From a robot file, with a body or without: for [`Self::quantity`] and [`Self::edited`].
+    #[must_use]
+    pub fn of_any(document: Document, robot: Robot) -> Self {
         let mut quantities = Vec::new();
         collect(&serde_json::to_value(&robot).unwrap_or_default(), "", &mut quantities);
         for (path, _) in &mut quantities {
             // The controller's struct has a part more than its file.
             *path = path.replace("controller.numbers.", "controller.");
         }
-        Ok(Self { document, robot, quantities })
+        Self { document, robot, quantities }
     }
 
     /// The robot as the file has it.

@@ -14,15 +14,19 @@ const OLDEST_HEARTBEAT_MS: u32 = 10_000;
 /// Serves the orders of one console.
 #[derive(Default)]
 pub(super) struct Clerk {
-    /// The latest order that is answered, and its answer: `None` while the flash works on it.
-    last: Option<(u16, Option<Answer>)>,
+    /// The latest order that is answered, by its number, the control period in which it was done, and its answer: `None` while
+    /// the flash works on it.
+    last: Option<(u16, u32, Option<Answer>)>,
+    /// Number of the control period.
+    period: u32,
     /// The flash shall go back to the factory's set; so does the controller, once that is done.
     to_factory: bool,
 }
 
 impl Clerk {
-    /// Serves everything that has come since the last tick.
-    pub fn serve(&mut self, controller: &mut Controller, factory: &Parameters, shared: &Shared) {
+    /// Serves everything that has come since the last tick, before the decision of a control period.
+    pub fn serve(&mut self, period: u32, controller: &mut Controller, factory: &Parameters, shared: &Shared) {
+        self.period = period;
         self.finish_saving(controller, factory, shared);
         if shared.take_lost_stop() {
             // It was older than all that is in the queue.
@@ -58,8 +62,12 @@ impl Clerk {
         factory: &Parameters,
         shared: &Shared,
     ) {
+        let mut tick = self.period;
         let answer = match self.last {
-            Some((number, answer)) if number == wanted.number => answer,
+            Some((number, done_in, answer)) if number == wanted.number => {
+                tick = done_in;
+                answer
+            }
             _ if is_past(wanted.deadline_ms) => {
                 shared.count(|c| c.too_late = c.too_late.wrapping_add(1));
                 Some(Answer::TooLate)
@@ -72,12 +80,12 @@ impl Clerk {
                     // In a moment the robot knows, and the order comes again: it is repeated until it is answered.
                     return;
                 }
-                self.last = Some((wanted.number, answer));
+                self.last = Some((wanted.number, tick, answer));
                 answer
             }
         };
         if let Some(answer) = answer {
-            shared.answer(Answered { number: wanted.number, answer });
+            shared.answer(Answered { number: wanted.number, tick, answer });
         }
     }
 
@@ -87,10 +95,11 @@ impl Clerk {
             // The factory's set was checked before the controller was made.
             let _ = controller.retune(factory, factory);
         }
-        if let Some((number, answer @ None)) = &mut self.last {
+        if let Some((number, tick, answer @ None)) = &mut self.last {
+            *tick = self.period;
             let done = if kept { Answer::Done(None) } else { Answer::Refused(Refusal::NotKept) };
             *answer = Some(done);
-            shared.answer(Answered { number: *number, answer: done });
+            shared.answer(Answered { number: *number, tick: *tick, answer: done });
         }
     }
 }
@@ -212,7 +221,7 @@ mod tests {
 
         /// A tick's worth.
         fn serve(&mut self) -> Vec<Answer> {
-            self.clerk.serve(&mut self.controller, &self.factory, &self.shared);
+            self.clerk.serve(0, &mut self.controller, &self.factory, &self.shared);
             core::iter::from_fn(|| self.shared.answers.try_receive().ok()).map(|answered| answered.answer).collect()
         }
 

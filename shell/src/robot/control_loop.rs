@@ -2,7 +2,7 @@
 
 use core::borrow::BorrowMut;
 
-use control::protocol::radio::{Batch, Row};
+use control::protocol::radio::{Batch, FURTHEST_US, ROUND_US, Row};
 use control::{Actuation, AdcCode, Controller, Sample, Telemetry};
 use embassy_time::{Instant, Timer};
 use heapless::Vec;
@@ -46,7 +46,7 @@ pub async fn control_loop(
         let began_us = Instant::now().as_micros();
         let period = schedule.begin(began_us);
         let (sample, outliers) = measure(&mut converter, settings);
-        clerk.serve(controller, &settings.parameters, shared);
+        clerk.serve(period, controller, &settings.parameters, shared);
         actuate(controller.tick(&sample), &mut bridge, &mut watchdog);
         reporter.report(period, &sample, &controller.telemetry(), shared);
         watchdog.feed();
@@ -107,17 +107,24 @@ fn difference(a_us: u64, b_us: u64) -> u32 {
 #[derive(Default)]
 struct Reporter {
     batch: Option<Batch>,
+    /// Time of the last sample, µs.
+    last_us: u64,
 }
 
 impl Reporter {
     fn report(&mut self, period: u32, sample: &Sample, telemetry: &Telemetry, shared: &Shared) {
-        if self.batch.as_ref().is_some_and(|batch| !continues(batch, period, telemetry)) {
+        let after_us = u16::try_from(sample.time_us.wrapping_sub(self.last_us)).ok().filter(|us| *us <= FURTHEST_US);
+        self.last_us = sample.time_us;
+        if self.batch.as_ref().is_some_and(|batch| after_us.is_none() || !continues(batch, period, telemetry)) {
             self.hand_over(shared);
         }
+        // From the row before in the same batch.
+        let after_us = if self.batch.is_some() { after_us.unwrap_or_default() } else { 0 };
         let batch = self.batch.get_or_insert_with(|| {
             shared.show(Shown::State(telemetry.state, telemetry.fault));
             Batch {
                 first_tick: period,
+                time_us: sample.time_us % ROUND_US,
                 state: telemetry.state,
                 fault: telemetry.fault,
                 tracking: telemetry.tracking,
@@ -128,7 +135,7 @@ impl Reporter {
         });
         batch.battery_mv = millivolt(telemetry.battery);
         // There is room: a full batch is handed over at once.
-        let _ = batch.rows.push(Row::new(sample.angle, telemetry).with_second(sample.second));
+        let _ = batch.rows.push(Row::new(sample.angle, telemetry).with_second(sample.second).after(after_us));
         if batch.rows.is_full() {
             self.hand_over(shared);
         }

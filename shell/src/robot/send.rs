@@ -81,8 +81,8 @@ async fn next(session: Option<&Session>, shared: &Shared) -> Next {
         Either::First(Either3::First(key)) => Next::Began(key),
         Either::First(Either3::Second(frame)) => Next::Welcome(frame),
         Either::First(Either3::Third(())) => Next::Notice,
-        Either::Second(Either3::First(Answered { number, answer })) => {
-            Next::Message(Some(FromRobot::Answer { number, answer }))
+        Either::Second(Either3::First(Answered { number, tick, answer })) => {
+            Next::Message(Some(FromRobot::Answer { number, tick, answer }))
         }
         Either::Second(Either3::Second(())) => Next::Message(None),
         Either::Second(Either3::Third(batch)) => Next::Message(Some(FromRobot::Telemetry(batch))),

@@ -28,6 +28,8 @@ pub(super) struct Order {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Answered {
     pub number: u16,
+    /// Control period in which it was done.
+    pub tick: u32,
     pub answer: Answer,
 }
 

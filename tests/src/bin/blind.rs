@@ -1,9 +1,11 @@
 //! The blind campaign: hides effects, lets `diagnose` find them, and counts.
 //!
 //! `cargo run -p system-tests --bin blind` runs the official campaign: 48 hidden, 100 with nothing, 20 outside the
-//! library, seeds from 20261. Exit code 0: every bar is reached, 1: one is missed or it could not be done, 2: wrong usage.
+//! library, seeds from 20261: the same at every change, and so known. A release is judged on seeds that nobody has seen
+//! (`--release-seeds`), which are drawn, printed and taken again by `--seed`. Exit code 0: every bar is reached, 1: one is missed or it could not be done, 2: wrong usage.
 
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -19,6 +21,7 @@ use system_tests::blind::score::{self, Mark, Outcome, confusion, median_and_wors
 #[derive(Parser)]
 #[command(after_help = "Examples:
   blind                                   the official campaign
+  blind --release-seeds                   the same on seeds from the operating system's entropy, printed first
   blind --hidden 8 --nothing 0 --outside 0 --seed-base 1
   blind --hidden 4 --only stribeck_friction --nothing 0 --outside 0
   blind --export 20268 /tmp/set --category hidden")]
@@ -36,8 +39,11 @@ struct Arguments {
     #[arg(long, default_value_t = 0)]
     beside: u64,
     /// First seed; below 1000 for tuning, the official base is for judging
-    #[arg(long, default_value_t = 20261)]
+    #[arg(long, visible_alias = "seed", default_value_t = 20261)]
     seed_base: u64,
+    /// Draw the first seed from the operating system's entropy and print it: for a release
+    #[arg(long, conflicts_with = "seed_base")]
+    release_seeds: bool,
     /// Hide this effect in every data set instead of drawing one
     #[arg(long, value_parser = effect)]
     only: Option<Effect>,
@@ -58,6 +64,14 @@ struct Arguments {
     robot: PathBuf,
 }
 
+/// Above every seed that was ever used by hand, and short enough to be typed.
+fn fresh_seed() -> Result<u64, getrandom::Error> {
+    const LEAST: u64 = 1_000_000;
+    let mut bytes = [0; 8];
+    getrandom::fill(&mut bytes)?;
+    Ok(LEAST + u64::from_le_bytes(bytes) % 1_000_000_000_000)
+}
+
 fn effect(name: &str) -> Result<Effect, String> {
     Effect::from_name(name).ok_or_else(|| {
         let names: Vec<_> = Effect::LIBRARY.into_iter().chain(Effect::OUTSIDE).map(Effect::name).collect();
@@ -70,7 +84,17 @@ fn category(word: &str) -> Result<Category, String> {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let mut arguments = Arguments::parse();
+    if arguments.release_seeds {
+        arguments.seed_base = match fresh_seed() {
+            Ok(seed) => seed,
+            Err(why) => {
+                let _ = writeln!(std::io::stderr(), "error: the operating system has no entropy: {why}");
+                return ExitCode::from(1);
+            }
+        };
+        println!("seeds from {0}; the same again: --seed {0}", arguments.seed_base);
+    }
     match run(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),

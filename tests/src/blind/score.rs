@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use description::robot::Robot;
-use diagnose::{Diagnosis, Options, Verdict, diagnose};
+use diagnose::{Cause, Diagnosis, Options, Verdict, diagnose};
 use recording::{Recording, load};
 use serde_json::{Value, json};
 
@@ -22,7 +22,7 @@ pub enum Mark {
     Right,
     /// The truth is in the class of names that was given.
     InClass,
-    /// A wrong name, alone or in a class: the worst thing to say.
+    /// A wrong name, alone, in a class or for a part of the misfit: the worst thing to say.
     FalseName,
     /// Nothing wrong named, but not what should have been said.
     Missed,
@@ -67,10 +67,13 @@ pub fn examine(paths: &Paths) -> Result<Diagnosis, String> {
 /// Compares a verdict with the truth.
 #[must_use]
 pub fn mark(category: Category, truth: &str, said: &Diagnosis) -> Mark {
-    let named = !matches!(said.verdict, Verdict::Nothing | Verdict::Unexplained);
+    let explains = !matches!(said.verdict, Verdict::Nothing | Verdict::Unexplained);
+    // "Unexplained" may come with a name for a part of the misfit: that is a name, too.
+    let named = explains || !said.causes.is_empty();
+    let knows_truth = |cause: &Cause| cause.effect == truth || cause.also.iter().any(|also| also == truth);
     match category {
-        Category::Nothing if said.verdict == Verdict::Nothing => Mark::Right,
-        Category::Outside if said.verdict == Verdict::Unexplained => Mark::Right,
+        Category::Nothing if said.verdict == Verdict::Nothing && !named => Mark::Right,
+        Category::Outside if said.verdict == Verdict::Unexplained && !named => Mark::Right,
         Category::Nothing | Category::Outside => {
             if named {
                 Mark::FalseName
@@ -78,7 +81,10 @@ pub fn mark(category: Category, truth: &str, said: &Diagnosis) -> Mark {
                 Mark::Missed
             }
         }
-        Category::Hidden | Category::Beside if !named => Mark::Missed,
+        Category::Hidden | Category::Beside if !explains => {
+            // The truth for a part of the misfit is not the answer, but it is not wrong.
+            if said.causes.iter().all(knows_truth) { Mark::Missed } else { Mark::FalseName }
+        }
         Category::Hidden | Category::Beside => {
             let [cause] = said.causes.as_slice() else { return Mark::FalseName };
             if cause.effect == truth && cause.also.is_empty() {

@@ -10,12 +10,12 @@ use serde::de::DeserializeOwned;
 use serde_json::json;
 use tempfile::TempDir;
 
+use workbench::peers;
+
 use crate::row::Row;
 
 /// Names a Python that has MuJoCo, instead of the environment's.
 const PYTHON: &str = "SCRAM_MUJOCO_PYTHON";
-/// Where it is 1, as in `.ci/run`, nothing may be skipped.
-const ALL_PEERS: &str = "SCRAM_ALL_PEERS";
 
 /// MuJoCo on this machine.
 #[derive(Debug)]
@@ -111,7 +111,7 @@ impl Peer {
 /// and a failure where it fails.
 #[must_use]
 pub fn not_compared(what: &str, required: &str, why: &PeerError) -> Row {
-    let (measured, holds) = excused(why, std::env::var(ALL_PEERS).is_ok_and(|value| value == "1"));
+    let (measured, holds) = excused(why, peers::all_wanted());
     Row { what: what.into(), required: required.into(), measured, holds, numbers: json!(null) }
 }
 

@@ -134,6 +134,7 @@ impl Player {
         let first_tick = self.tick;
         self.tick += BATCH as u32;
         let rows = (first_tick..self.tick).map(|tick| Tick {
+            after_us: if tick == first_tick { 0 } else { 1000 },
             second: None,
             code: (tick % 4096) as u16,
             duty: Some((tick % 30_000) as i16),
@@ -142,6 +143,7 @@ impl Player {
         });
         Batch {
             first_tick,
+            time_us: 1000 * u64::from(first_tick),
             state: State::Speed,
             fault: None,
             failed_sensor: None,

@@ -223,7 +223,7 @@ impl Run {
     pub fn answers(&self) -> Vec<(u64, u16, Answer)> {
         let told = self.messages().into_iter();
         told.filter_map(|(at, told)| match told {
-            FromRobot::Answer { number, answer } => Some((at, number, answer)),
+            FromRobot::Answer { number, answer, .. } => Some((at, number, answer)),
             _ => None,
         })
         .collect()

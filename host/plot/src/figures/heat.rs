@@ -76,7 +76,8 @@ pub fn draw(title: &str, rows: &[Vec<Map>]) -> Result<String, FigureError> {
     let cell_width = (480 / columns).clamp(34, 84);
     let spreads = all().flat_map(|map| map.cells.iter().flatten()).any(|cell| cell.spread.is_some());
     let cell_height = if spreads { CELL_HEIGHT } else { CELL_HEIGHT - 14 };
-    let (wide, high) = (LEFT + columns * cell_width + RIGHT, TOP + lines * cell_height + BOTTOM);
+    let titles = all().map(|map| LEFT + width(&map.title, 16) + 20).max().unwrap_or(0);
+    let (wide, high) = ((LEFT + columns * cell_width + RIGHT).max(titles), TOP + lines * cell_height + BOTTOM);
     let across = rows.iter().map(Vec::len).max().unwrap_or(1) as i32;
     let size = ((wide * across).max(width(title, 20) + 40) as u32, (TITLE + high * rows.len() as i32) as u32);
     sheet(title, size, |root| {

@@ -9,6 +9,15 @@ use sweep::{Component, Condition, Conditions, Measured, Robustness, Stat, Swept,
 /// Maps of the same sweep that are drawn at most, over the axes that a map does not show.
 const MOST_MAPS: usize = 24;
 
+/// Which way a speed is positive.
+fn positive(component: Component) -> &'static str {
+    match component {
+        Component::Longitudinal => "+ ahead",
+        Component::Lateral => "+ to the left",
+        Component::Rotational => "+ counter-clockwise",
+    }
+}
+
 /// A plot: its name without `.svg`, and the SVG.
 pub type Figure = (String, String);
 
@@ -156,7 +165,7 @@ fn cell(stat: Stat) -> Cell {
 fn speeds(conditions: &Conditions, slice: &Slice, measured: Option<&Measured>) -> Result<String, FigureError> {
     let thesis = (&conditions.axes[slice.x], &conditions.axes[slice.y]) == (&What::Frequency, &What::Alpha);
     let row = |component: Component| {
-        let name = format!("{} / ({})", component.name(), component.unit());
+        let name = format!("{} / ({}), {}", component.name(), component.unit(), positive(component));
         let simulated = slice.map(conditions, name.clone(), Scale::Signed, |_, c| cell(c.speed(component)));
         let Some(measured) = measured.filter(|_| thesis) else { return vec![simulated] };
         let (x, y) = (slice.x, slice.y);
@@ -198,7 +207,7 @@ fn merit(conditions: &Conditions, slice: &Slice, robustness: &[Robustness]) -> R
 fn over(conditions: &Conditions, axis: usize, robustness: Option<&[Robustness]>) -> Result<String, FigureError> {
     let x = |condition: &Condition| condition.point[axis];
     let speed = |component: Component| lines::Panel {
-        y_label: format!("{} / ({})", component.name().to_lowercase(), component.unit()),
+        y_label: format!("{} / ({}), {}", component.name().to_lowercase(), component.unit(), positive(component)),
         points: conditions
             .conditions
             .iter()

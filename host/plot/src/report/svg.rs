@@ -40,6 +40,15 @@ pub const COLOURS: &str = "\
 @media screen and (prefers-color-scheme:dark){:root{--paper:#14171b;--ink:#e6e9ec;--soft:#a3acb5;--line:#6b747d;\
 --grid:#2a3038;--shade:#2b333d;--card:#1c2127;--before:#ff9350;--after:#6cb0ff;--good:#56d37a;--warn:#e3b341}}";
 
+/// A style sheet with the colours of [`COLOURS`] for light in place of their names, for a picture that stands alone: not
+/// every program that shows SVG knows custom properties.
+#[must_use]
+pub fn fixed(style: &str) -> String {
+    let light = COLOURS.trim_start_matches(":root{").split('}').next().unwrap_or_default();
+    let named = light.split(';').filter_map(|entry| entry.split_once(':')).filter(|(name, _)| name.starts_with("--"));
+    named.fold(style.to_owned(), |style, (name, colour)| style.replace(&format!("var({name})"), colour))
+}
+
 /// A chart under construction. Coordinates are data; anything outside the ranges is cut off.
 #[derive(Clone, Debug)]
 pub struct Chart {

@@ -14,6 +14,9 @@ pub struct Margins {
     pub bottom: u32,
 }
 
+/// Width of the marks and the name of the y axis, pixels.
+const Y_LABELS: u32 = 62;
+
 /// What is written at the axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Words<'a> {
@@ -63,8 +66,9 @@ pub fn axes<'a, 'b>(
     let mut chart = ChartBuilder::on(area)
         .margin_top(margins.top)
         .margin_right(margins.right)
+        .margin_left(margins.left.saturating_sub(Y_LABELS))
         .x_label_area_size(margins.bottom)
-        .y_label_area_size(margins.left)
+        .y_label_area_size(margins.left.min(Y_LABELS))
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
     let (x_mark, y_mark) = (|v: &f64| tick_label(*v, x.1 - x.0), |v: &f64| tick_label(*v, y.1 - y.0));
     let (width, height) = chart.plotting_area().dim_in_pixel();

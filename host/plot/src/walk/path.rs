@@ -9,7 +9,7 @@ use super::mm;
 use crate::panel::{Drawn, INK, PlotError, picture};
 
 const SIZE: (u32, u32) = (1100, 480);
-const MARGINS: Margins = Margins { left: 62, right: 20, top: 34, bottom: 46 };
+const MARGINS: Margins = Margins { left: 70, right: 20, top: 34, bottom: 46 };
 const START: RGBColor = RGBColor(150, 150, 150);
 const END: RGBColor = RGBColor(0, 114, 178);
 const PATH: RGBColor = RGBColor(213, 94, 0);

@@ -22,7 +22,7 @@ use scram::bring_up::{
 use super::console::list_of_ports;
 use super::pair::KeysFile;
 use super::sim::listed;
-use super::{Common, Done, Failure, print, print_json};
+use super::{Common, Done, Failure, ask, print, print_json, say};
 
 /// A dongle that was just restarted by opening its port needs a second to boot.
 const DONGLE_PATIENCE: Duration = Duration::from_secs(4);
@@ -150,23 +150,23 @@ impl BringUp {
             .into_diagnostic()
             .wrap_err("Ctrl-C cannot be caught, so no motor is started")?;
         let line: Box<dyn Line> = Box::new(Cancellable { line: SerialLine::open(port)?, cancelled });
-        eprintln!("Looking for the dongle on {port}");
+        say(&format!("Looking for the dongle on {port}"));
         let mut session = Session::open(line, &keys, link::nonces()?, DONGLE_PATIENCE)?;
-        eprintln!("Looking for the robot");
+        say("Looking for the robot");
         let robot = session.find(self.address, ROBOT_PATIENCE)?;
         for line in link::robot(session.robot(robot), session.now()) {
-            eprintln!("{}", wrapped(&line, 0));
+            say(&wrapped(&line, 0));
         }
         if self.skip_manual || answers.is_some() {
             let mut ended = tell;
             let mut absent = Absent::new(answers.unwrap_or_default(), &mut ended);
             let report = walk(session, robot, &mut absent, options);
             for key in absent.unused() {
-                eprintln!("warning: {key} was not asked");
+                say(&format!("warning: {key} was not asked"));
             }
             return Ok(report);
         }
-        eprintln!("At the beginning: motor unplugged, the potentiometer's wiper on its pin.");
+        say("At the beginning: motor unplugged, the potentiometer's wiper on its pin.");
         Ok(walk(session, robot, &mut Person::new(), options))
     }
 }
@@ -229,7 +229,7 @@ impl Person {
 
     /// The next line; nothing at the end of the input.
     fn line(&mut self, prompt: &str, keep: &mut Keep) -> Result<Option<String>, LinkError> {
-        eprint!("{:INDENT$}{prompt} ", "");
+        ask(&format!("{:INDENT$}{prompt} ", ""));
         loop {
             match self.typed.try_recv() {
                 Ok(line) => return Ok(Some(line.trim().to_owned())),
@@ -253,16 +253,16 @@ impl Person {
 
 impl Operator for Person {
     fn begin(&mut self, step: &Step, keep: &mut Keep) -> Result<bool, LinkError> {
-        eprintln!("\n{:>3}  {}", step.number, step.title);
-        eprintln!("{}", wrapped(step.about, INDENT));
+        say(&format!("\n{:>3}  {}", step.number, step.title));
+        say(&wrapped(step.about, INDENT));
         if !step.needs.is_empty() {
-            eprintln!("{}", wrapped(&format!("Needs {}.", step.needs), INDENT));
+            say(&wrapped(&format!("Needs {}.", step.needs), INDENT));
         }
         Ok(matches!(self.word("Enter: begin, s: skip", keep)?, Word::Go))
     }
 
     fn act(&mut self, act: Act, at_once: bool, keep: &mut Keep) -> Result<bool, LinkError> {
-        eprintln!("{}", wrapped(&act.words(), INDENT));
+        say(&wrapped(&act.words(), INDENT));
         if at_once {
             return Ok(true);
         }
@@ -272,7 +272,7 @@ impl Operator for Person {
     fn arm(&mut self) {}
 
     fn look(&mut self, _: u16, look: &Look, keep: &mut Keep) -> Result<Seen, LinkError> {
-        eprintln!("{}", wrapped(&format!("{}?", look.text), INDENT));
+        say(&wrapped(&format!("{}?", look.text), INDENT));
         loop {
             let (prompt, unit) = match look.expected {
                 Expected::Yes => ("y, n, s: skip".to_owned(), false),
@@ -305,8 +305,8 @@ impl Operator for Person {
 
 /// A step that has ended, on stderr.
 fn tell(step: &Checked) {
-    eprintln!("{:>3}  {:<62} {:>12}", step.number, cut(step.title, 62), step.verdict.word());
-    lines(step).iter().for_each(|line| eprintln!("{}", wrapped(line, INDENT)));
+    say(&format!("{:>3}  {:<62} {:>12}", step.number, cut(step.title, 62), step.verdict.word()));
+    lines(step).iter().for_each(|line| say(&wrapped(line, INDENT)));
 }
 
 fn cut(text: &str, columns: usize) -> String {

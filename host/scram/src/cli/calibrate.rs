@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use super::pair::KeysFile;
 use super::sim::listed;
-use super::{Common, Done, identify, print, print_json, say};
+use super::{Common, Done, ask, identify, print, print_json, say};
 
 /// Everything the motor gets: the speed is highest, and the supply's ripple of a switching bridge is not there.
 const DUTY: f32 = 1.0;
@@ -156,7 +156,7 @@ impl Calibrate {
             return Ok(());
         }
         if std::io::stdin().is_terminal() {
-            eprint!("     Press Enter to start, Ctrl-C to leave. ");
+            ask("     Press Enter to start, Ctrl-C to leave. ");
         }
         let enter = enter_pressed();
         loop {

@@ -3,7 +3,7 @@
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 
-use super::{Cli, Done};
+use super::{Cli, Done, print};
 
 /// Print what a shell needs to complete scram's commands and options
 #[derive(Args)]
@@ -17,7 +17,9 @@ pub struct Completions {
 
 impl Completions {
     pub fn run(&self) -> Done {
-        clap_complete::generate(self.shell, &mut Cli::command(), "scram", &mut std::io::stdout());
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut Cli::command(), "scram", &mut script);
+        print(String::from_utf8_lossy(&script).trim_end());
         Ok(())
     }
 }

@@ -6,19 +6,24 @@ use description::design::{Design as Designed, design};
 use miette::miette;
 use serde_json::{Value, json};
 
+use super::settings::Settings;
 use super::{Common, Done, print, print_json, table};
 
 /// Design the controller from the robot file: gains, poles, margins, uncertainty in the blind arc
 #[derive(Args)]
-#[command(after_help = "Example:\n  scram design --robot robots/motor-136.toml")]
+#[command(
+    after_help = "Examples:\n  scram design --robot robots/motor-136.toml\n  scram design --set motor.resistance_ohm=18"
+)]
 pub struct Design {
+    #[command(flatten)]
+    settings: Settings,
     #[command(flatten)]
     common: Common,
 }
 
 impl Design {
     pub fn run(&self) -> Done {
-        let robot = self.common.robot()?;
+        let robot = self.settings.robot(&self.common.robot)?;
         let designed = design(&robot).map_err(|e| {
             miette!(
                 help = "the [controller] table of robot.toml has every number that a design needs",

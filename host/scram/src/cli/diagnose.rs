@@ -77,6 +77,8 @@ impl Diagnose {
 
     /// The recordings to fit on and those to judge by.
     fn load(&self, robot: &Robot) -> Result<(Vec<Recording>, Vec<Recording>), Failure> {
+        let fitted = self.runs.iter().filter(|path| !self.holdout.iter().any(|held| same_file(held, path)));
+        refuse_twice(&fitted.chain(&self.holdout).collect::<Vec<_>>())?;
         // Further samples of a run cost time and tell little: a minute at 1 kHz is plenty.
         let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), ..ReadOptions::default() };
         let mut held_out = Vec::new();
@@ -117,6 +119,31 @@ impl Diagnose {
         extend(&mut document, diagnosis, &source)?;
         Ok(document)
     }
+}
+
+/// Refuses a run that is there twice, whether as one file or as a copy: it would be fitted on and judged by.
+fn refuse_twice(paths: &[&PathBuf]) -> Result<(), Failure> {
+    for (index, path) in paths.iter().enumerate() {
+        if let Some(twin) = paths[..index].iter().find(|other| same_file(other, path) || same_content(other, path)) {
+            let what = if same_file(twin, path) { "is listed twice" } else { "has the same content as" };
+            let other = if same_file(twin, path) { String::new() } else { format!(" {}", twin.display()) };
+            return Err(Failure::Usage(miette!(
+                help = "a model is judged on runs that it was not fitted to: list every run once",
+                "{} {what}{other}",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two files hold the same bytes. One that cannot be read says so where it is loaded.
+fn same_content(a: &Path, b: &Path) -> bool {
+    let length = |path: &Path| std::fs::metadata(path).map(|metadata| metadata.len()).ok();
+    if length(a).is_none() || length(a) != length(b) {
+        return false;
+    }
+    matches!((std::fs::read(a), std::fs::read(b)), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Whether two paths lead to one file.

@@ -25,8 +25,8 @@ pub enum Identify {
 #[derive(Args)]
 #[command(after_help = "Example:\n  \
     scram sim --drive duty:1 --seconds 2.5\n  \
-    scram identify potentiometer out/run.mcap\n  \
-    scram identify potentiometer out/run.mcap --sensor second --robot robots/two-sensors.toml\n  \
+    scram identify potentiometer out/latest/run.mcap\n  \
+    scram identify potentiometer out/latest/run.mcap --sensor second --robot robots/two-sensors.toml\n  \
     scram sim --robot out/robot.toml")]
 pub struct Potentiometer {
     /// The recording: raw codes at constant voltage, 2.5 s or more

@@ -12,6 +12,8 @@ mod identify;
 mod on_chip;
 mod pair;
 mod replay;
+mod run_directory;
+mod settings;
 mod sim;
 mod sweep;
 mod table;
@@ -19,6 +21,7 @@ mod walk;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::{Args, Parser, Subcommand};
 use common::atomic::write_atomically;
@@ -103,6 +106,7 @@ pub fn run() -> ExitCode {
         Sub::BringUp(command) => command.run(),
         Sub::Calibrate(command) => command.run(),
         Sub::Console(command) => match command.run() {
+            Ok(code) if code == ExitCode::SUCCESS => Ok(()),
             Ok(code) => return code,
             Err(failure) => Err(failure),
         },
@@ -112,7 +116,7 @@ pub fn run() -> ExitCode {
         Sub::Sweep(command) => command.run(),
         Sub::Export(command) => command.run(),
     };
-    match done {
+    match done.and_then(|()| lost_output().map_or(Ok(()), |lost| Err(lost.into()))) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Usage(report)) => {
             say(&format!("{report:?}"));
@@ -193,16 +197,43 @@ fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Prints to stdout; a reader that has gone away (`| head`) is no error.
+/// What came of writing to stdout, the first time that it failed.
+static STDOUT: OnceLock<std::io::Error> = OnceLock::new();
+
+/// Prints to stdout. A reader that has gone away (`| head`) is no error; whatever else loses what was printed, as a full
+/// disk does, ends the command with exit code 1.
 fn print(text: &str) {
     use std::io::Write;
-    let _ = writeln!(std::io::stdout(), "{text}");
+    let mut stdout = std::io::stdout();
+    keep_failure(writeln!(stdout, "{text}").and_then(|()| stdout.flush()));
+}
+
+/// Remembers that something that goes to stdout is lost.
+fn keep_failure(written: std::io::Result<()>) {
+    if let Err(error) = written
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        let _ = STDOUT.set(error);
+    }
+}
+
+/// Why not all of the output has arrived, if so.
+fn lost_output() -> Option<Report> {
+    let error = STDOUT.get()?;
+    let why = if is_disk_full(error) { "the disk is full".to_owned() } else { error.to_string() };
+    Some(miette!(help = "what stdout leads to is not complete: write it elsewhere", "stdout: {why}"))
 }
 
 /// Says something on stderr. A terminal that is gone is no error: whatever it ended goes on to its orderly end.
 fn say(text: &str) {
     use std::io::Write;
     let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// A question on stderr, which an answer follows on the same line.
+fn ask(text: &str) {
+    use std::io::Write;
+    let _ = write!(std::io::stderr(), "{text}");
 }
 
 /// One JSON object.

@@ -20,8 +20,8 @@ use super::{Common, Done, print, print_json, table};
 /// and where decisions change, not how the run would have gone on.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    scram replay out/run.mcap                        the same robot file: nothing differs\n  \
-    scram replay out/run.mcap --robot changed.toml   what other gains would do\n  \
+    scram replay out/latest/run.mcap                 the same robot file: nothing differs\n  \
+    scram replay out/latest/run.mcap --robot changed.toml   what other gains would do\n  \
     scram replay session.mcap --robot-name scram-26 --json\n\n\
     The exit code is 0 whether or not something differs.")]
 pub struct Replay {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use control::{Sensor, State};
 use miette::{Report, miette};
-use plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots};
+use plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots, under_title};
 use recording::{Metadata, write_csv_run, write_mcap_run};
 use serde::Serialize;
 use simulation::{
@@ -14,8 +14,10 @@ use simulation::{
 };
 
 use super::on_chip::OnChip;
+use super::run_directory::{self, RunDirectory};
+use super::settings::Settings;
 use super::walk::{self, Ground};
-use super::{Common, Done, Failure, print, print_json, say, table};
+use super::{Common, Done, Failure, print, print_json, say, table, write};
 
 /// Longest run, s: everything of a run is held in memory.
 const LONGEST_S: f64 = 600.0;
@@ -24,8 +26,10 @@ const USUAL_S: f64 = 2.0;
 
 /// Run the firmware's decisions on the simulated robot
 ///
-/// Writes a recording (run.mcap, run.csv with run.toml) and plots (SVG) into --out and says what happened. A robot with a
-/// body walks: also its track (track.csv), its path, the traces of its feet and its gait.
+/// Writes a recording (run.mcap, run.csv with run.toml) and plots (SVG) and says what happened. A robot with a body walks:
+/// also its track (track.csv), its path, the traces of its feet and its gait. Every run has a directory of its own,
+/// out/run-0001 and so on; out/latest leads to the last. With --out DIR the files go there, and a recording that is there
+/// already is written over only with --overwrite.
 /// Frequencies are positive clockwise seen from above, angles positive counter-clockwise.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -35,6 +39,8 @@ const USUAL_S: f64 = 2.0;
     scram sim --drive oscillate:-100..100 --seconds 5\n  \
     scram sim --drive freq:-6.5 --faults sensor-open@1.0 --json\n  \
     scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
+    scram sim --out weak --overwrite                 into a directory of your own, again\n  \
+    scram sim --set motor.resistance_ohm=18          another motor, without another file\n  \
     scram sim --drive script:steps.txt               one order a line, see docs/recordings.md")]
 pub struct Sim {
     #[command(flatten)]
@@ -43,6 +49,7 @@ pub struct Sim {
 
 /// What is run, wherever the decisions are made.
 #[derive(Args)]
+#[command(mut_arg("out", |arg| arg.default_value(run_directory::NUMBERED).help("Directory for what is written")))]
 pub struct Run {
     /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), or script:FILE
     #[arg(long, default_value = "freq:7", allow_hyphen_values = true)]
@@ -54,9 +61,14 @@ pub struct Run {
     #[arg(long, default_value = "", hide_default_value = true, help = faults_help())]
     faults: String,
     #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
     pub ground: Ground,
     #[command(flatten)]
     pub common: Common,
+    /// Write over a recording that is in --out already
+    #[arg(long)]
+    overwrite: bool,
 }
 
 /// What is to run, as the command line and the robot file say it.
@@ -123,9 +135,10 @@ impl Run {
         })?;
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
         let faults = Scheduled::parse_list_within(&self.faults, seconds).map_err(|e| Failure::Usage(e.into()))?;
-        let mut robot = self.common.robot()?;
+        let mut robot = self.settings.robot(&self.common.robot)?;
         Scheduled::check_parts(&faults, &robot).map_err(|e| Failure::Usage(e.into()))?;
         let walks = self.ground.prepare(&mut robot)?;
+        run_directory::refuse_recorded(&self.common.out, self.overwrite)?;
         Ok(Task { robot, plan: Plan { drive, seconds, faults }, walks })
     }
 
@@ -137,8 +150,9 @@ impl Run {
                 "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`";
             return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.orders[0].order).into());
         }
-        let mut files = self.write(ran, robot)?;
-        let view = self.ground.write_view(ran.walk.as_ref(), &self.title(robot, plan, ran))?;
+        let title = self.title(robot, plan, ran);
+        let mut files = self.save(ran, robot, &title)?;
+        let view = self.ground.write_view(ran.walk.as_ref(), &title)?;
         let metrics = simulation::metrics(trace);
         let track = ran.walk.as_ref().map(|walk| &walk.track);
         let (walked, clamped) = (track.and_then(simulation::walk_metrics), track.and_then(simulation::clamped_metrics));
@@ -159,7 +173,7 @@ impl Run {
             })?;
             return Ok(());
         }
-        print(&self.title(robot, plan, ran));
+        print(&title);
         if trace.segments().len() > 1 {
             print(&orders(trace));
         }
@@ -189,7 +203,22 @@ impl Run {
         format!("{what}, {place}")
     }
 
-    fn write(&self, ran: &Ran, robot: &description::Robot) -> Result<Vec<PathBuf>, Report> {
+    /// Writes the files of a run into its directory.
+    fn save(&self, ran: &Ran, robot: &description::Robot, title: &str) -> Result<Vec<PathBuf>, Report> {
+        let directory = RunDirectory::claim(&self.common.out, self.overwrite)?;
+        match self.write(ran, robot, title, directory.path()) {
+            Ok(files) => {
+                directory.keep();
+                Ok(files)
+            }
+            Err(error) => {
+                directory.abandon();
+                Err(error)
+            }
+        }
+    }
+
+    fn write(&self, ran: &Ran, robot: &description::Robot, title: &str, out: &Path) -> Result<Vec<PathBuf>, Report> {
         let (trace, walk) = (&ran.trace, ran.walk.as_ref());
         let recording = simulation::recording(trace, robot);
         let mut extra = simulation::extra_columns(trace);
@@ -204,14 +233,15 @@ impl Run {
             ..Metadata::default()
         };
         let drawn = plots(trace)?;
-        let out = &self.common.out;
         let mut files = vec![out.join("run.mcap"), out.join("run.csv")];
         write_mcap_run(&files[0], &recording, &extra, &log, &metadata)?;
         write_csv_run(&files[1], &recording, &extra, &log, &metadata)?;
         for (name, svg) in &drawn {
-            files.push(self.common.write(&format!("{name}.svg"), svg)?);
+            let file = out.join(format!("{name}.svg"));
+            write(&file, &under_title(title, svg))?;
+            files.push(file);
         }
-        files.extend(self.ground.write(walk, &self.common)?);
+        files.extend(self.ground.write(walk, title, out)?);
         warn_older(out, &files);
         Ok(files)
     }
@@ -228,7 +258,7 @@ fn warn_older(out: &Path, files: &[PathBuf]) {
     }
 }
 
-/// "out/run.mcap, run.csv, …": the directory once.
+/// "out/run-0001/run.mcap, run.csv, …": the directory once.
 pub(super) fn listed(files: &[PathBuf]) -> String {
     let names = files.iter().skip(1).filter_map(|file| file.file_name()).map(|name| name.to_string_lossy());
     let first = files.first().map(|file| file.display().to_string());

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use description::Robot;
 use miette::{Report, miette};
-use plot::walk_plots;
+use plot::{under_title, walk_plots};
 use simulation::{ClampedMetrics, Walk, WalkMetrics, track_csv};
 
-use super::{Common, Failure, table, write};
+use super::{Failure, table, write};
 
 /// The pictures' data.
 pub const TRACK: &str = "track.csv";
@@ -75,11 +75,14 @@ impl Ground {
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn write(&self, walk: Option<&Walk>, common: &Common) -> Result<Vec<PathBuf>, Report> {
+    pub fn write(&self, walk: Option<&Walk>, title: &str, out: &Path) -> Result<Vec<PathBuf>, Report> {
         let Some(walk) = walk else { return Ok(Vec::new()) };
-        let mut files = vec![common.write(TRACK, &track_csv(&walk.track))?];
+        let mut files = vec![out.join(TRACK)];
+        write(&files[0], &track_csv(&walk.track))?;
         for (name, svg) in walk_plots(&walk.track)? {
-            files.push(common.write(&format!("{name}.svg"), &svg)?);
+            let file = out.join(format!("{name}.svg"));
+            write(&file, &under_title(title, &svg))?;
+            files.push(file);
         }
         Ok(files)
     }
@@ -96,6 +99,34 @@ impl Ground {
     }
 }
 
+/// Fails where a page would go under the name of something else, or over a file that is none.
+fn is_page(file: &Path) -> Result<(), Report> {
+    let ends = |ending: &str| file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
+    if !ends("html") && !ends("htm") {
+        return Err(miette!(
+            help = "name a file that ends in .html",
+            "--view {}: a page is written there, and the name is not a page's",
+            file.display()
+        ));
+    }
+    let mut beginning = Vec::new();
+    // A pipe would wait, and a device has no beginning: they are written into, not over.
+    if file.is_file()
+        && let Ok(there) = std::fs::File::open(file)
+    {
+        let read = std::io::Read::read_to_end(&mut std::io::Read::take(there, 512), &mut beginning);
+        let text = String::from_utf8_lossy(&beginning).to_lowercase();
+        if read.is_ok() && !text.trim().is_empty() && !text.contains("<!doctype html") && !text.contains("<html") {
+            return Err(miette!(
+                help = "name another file, or remove this one",
+                "--view {}: what is there is no page, and it is not written over",
+                file.display()
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Fails before a run whose page would find no place.
 fn writable(file: &Path) -> Result<(), Report> {
     let directory = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -110,7 +141,7 @@ fn writable(file: &Path) -> Result<(), Report> {
     if file.is_dir() {
         return Err(miette!(help = "name a file in it", "--view {}: this is a directory", file.display()));
     }
-    Ok(())
+    is_page(file)
 }
 
 /// Where a body is and how it stands, for the first line of the table.

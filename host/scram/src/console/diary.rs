@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use control::protocol::radio::Batch;
+use control::parameters::table;
+use control::protocol::radio::{Batch, What};
 
 use super::model::RecordingModel;
 use link::{Outcome, Quality, outcome};
 use recording::{
-    self, LinkQuality, Metadata, RecordingError, RobotChannel, SessionEvent, SessionRecorder, Stated, TelemetryRow,
+    self, LinkQuality, Metadata, ParameterValue, RecordingError, RobotChannel, SessionEvent, SessionRecorder, Stated,
+    TelemetryRow,
 };
 
 /// What is received is in the operating system's hands after so long at the latest.
@@ -80,10 +82,11 @@ impl Diary {
             failed_sensor: batch.failed_sensor,
         };
         let battery_v = (batch.battery_mv > 0).then(|| f32::from(batch.battery_mv) * 1e-3);
-        for (index, row) in (0_u32..).zip(&batch.rows) {
+        for ((index, row), time_us) in (0_u32..).zip(&batch.rows).zip(batch.times_us()) {
             let row = TelemetryRow {
                 t_s: start_s + f64::from(index) * tick_s,
                 tick: first + u64::from(index),
+                time_us: Some(time_us),
                 adc: row.code,
                 adc_second: row.second,
                 duty: row.duty(),
@@ -96,6 +99,13 @@ impl Diary {
             self.write(|recorder| channel.map_or(Ok(()), |channel| recorder.sample(channel, &row)));
         }
         missing
+    }
+
+    /// Number in the recording of a control period of a robot, before or after the telemetry of it has come.
+    pub fn tick_of(&self, robot: usize, period: u32) -> Option<u64> {
+        let clock = self.robots.get(robot)?;
+        let (expected, _) = clock.next?;
+        clock.tick.checked_add_signed(i64::from(period.wrapping_sub(expected).cast_signed()))
     }
 
     /// A robot is here again: its ticks may have begun anew.
@@ -189,13 +199,20 @@ impl Clock {
     }
 }
 
-/// What became of an order, as a recording has it.
-pub(super) fn answer(outcome_: Outcome) -> SessionEvent {
+/// What became of an order, as a recording has it, and the tick of the recording from which on it counts.
+pub(super) fn answer(what: What, tick: Option<u64>, outcome_: Outcome) -> SessionEvent {
+    let parameter = match (what, outcome_) {
+        (What::Set { index, .. }, Outcome::Done(Some(value))) => {
+            let entry = table::TABLE.get(usize::from(index));
+            entry.map(|entry| ParameterValue { name: entry.name.to_owned(), value: value.now })
+        }
+        _ => None,
+    };
     let text = outcome(outcome_);
     let outcome = match outcome_ {
         Outcome::Done(_) => recording::Outcome::Done,
         Outcome::Refused(_) | Outcome::Absent | Outcome::Overtaken => recording::Outcome::Refused,
         Outcome::TooLate | Outcome::Unanswered => recording::Outcome::TooLate,
     };
-    SessionEvent::Answer { text, outcome }
+    SessionEvent::Answer { text, outcome, tick, parameter }
 }

@@ -289,9 +289,10 @@ impl<L: Line> Engine<L> {
                 robot.series.take(&batch, at.as_secs_f64());
             }
             Event::Status(status) => self.model.robots[index].counters = Some(status.counters),
-            Event::Answered { number, what, outcome } => {
+            Event::Answered { number, what, tick, outcome } => {
+                let tick = tick.and_then(|period| self.diary.as_ref()?.tick_of(index, period));
                 let (orders, mut context) = self.orders();
-                if orders.answered(&mut context, robot, number, what, outcome) {
+                if orders.answered(&mut context, robot, number, what, tick, outcome) {
                     self.end_program("a command of it was not done");
                 }
             }

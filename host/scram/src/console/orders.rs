@@ -128,13 +128,15 @@ impl Orders {
         self.pending.push(Pending { robot, number, text, why });
     }
 
-    /// Takes what became of an order; whether it was one of these that was not done.
+    /// Takes what became of an order, and the tick of the recording from which on it counts; whether it was one of these
+    /// that was not done.
     pub fn answered<L: Line>(
         &mut self,
         context: &mut Context<'_, L>,
         robot: RobotId,
         number: u16,
         what: What,
+        tick: Option<u64>,
         outcome: Outcome,
     ) -> bool {
         let Some(at) = self.pending.iter().position(|order| order.robot == robot && order.number == number) else {
@@ -146,7 +148,7 @@ impl Orders {
         if matches!(why, Why::Before(_)) {
             return false;
         }
-        context.record_event(Some(robot.0), &diary::answer(outcome));
+        context.record_event(Some(robot.0), &diary::answer(what, tick, outcome));
         tell(context.model, robot.0, &text, what, outcome, value);
         follow(context.model, robot.0, what, outcome, &text);
         let parameter = match what {

@@ -136,6 +136,9 @@ pub(super) struct Comparison {
     speed: Tally,
 }
 
+/// A value so far from a step of the radio, in steps, may have been rounded to it: half, and the replay's own last bits.
+const ROUNDING: f64 = 0.55;
+
 /// Replayed duty, angle and speed as the recording would hold them, and up to which difference they are the same.
 struct AsRecorded {
     duty: (f64, f64),
@@ -150,13 +153,19 @@ impl AsRecorded {
             return Self { duty: exact(now.actuation.duty), angle: exact(now.angle), speed: exact(now.speed) };
         }
         let told = Row::new(AdcCode::default(), now);
-        let step = Row { code: 0, second: None, duty: Some(1), angle: 1, speed: 1 };
-        // Both are on the radio's steps: half a step tells one from the next.
-        let pair = |value: f32, step: f32| (f64::from(value), 0.5 * f64::from(step));
+        let step = Row { duty: Some(1), angle: 1, speed: 1, ..Row::default() };
+        // Both are on the radio's steps: half a step tells one from the next. A value near the middle between two steps may be
+        // rounded to either, for the last bits of the replayed one hang on where the recording begins.
+        let pair = |value: f32, rounded: f32, recorded: Option<f64>, step: f32| {
+            let (value, rounded, step) = (f64::from(value), f64::from(rounded), f64::from(step));
+            let is_same = |recorded: &f64| (value - recorded).abs() <= ROUNDING * step;
+            (recorded.filter(is_same).unwrap_or(rounded), 0.5 * step)
+        };
+        let duty = if now.actuation.enable { now.actuation.duty } else { 0.0 };
         Self {
-            duty: pair(told.duty().unwrap_or(0.0), step.duty().unwrap_or(0.0)),
-            angle: pair(told.angle(), step.angle()),
-            speed: pair(told.speed(), step.speed()),
+            duty: pair(duty, told.duty().unwrap_or(0.0), row.duty, step.duty().unwrap_or(0.0)),
+            angle: pair(now.angle, told.angle(), row.estimate_angle_rad, step.angle()),
+            speed: pair(now.speed, told.speed(), row.estimate_speed_rad_per_s, step.speed()),
         }
     }
 }

@@ -9,6 +9,7 @@ mod history;
 mod picture;
 mod trail;
 
+use std::collections::VecDeque;
 use std::path::Path;
 
 use control::State;
@@ -22,7 +23,7 @@ pub use compare::{First, Quantity, Shown, Worst};
 pub use picture::{COMPARISON, OVERVIEW};
 
 use compare::Comparison;
-use decide::Decider;
+use decide::{Answered, Decider};
 use history::History;
 
 /// The period of the rows may be off the controller's by this share: more is another tick.
@@ -85,7 +86,8 @@ pub fn replay(path: &Path, robot_name: Option<&str>, robot: &Robot) -> Result<Re
     let progress = Some(progress::bar as Progress);
     let options = ReadOptions { robot: robot_name.map(str::to_owned), progress, ..ReadOptions::default() };
     let loaded = recording::load_with(path, &options)?;
-    let mut pass = Pass::new(&loaded, robot);
+    let answers = decide::answers(&recording::events(path)?, robot_name);
+    let mut pass = Pass::new(&loaded, robot, answers);
     recording::entries_with(path, robot_name, progress, &mut |entry| pass.take(&entry))?;
     // What was dropped to bound memory was dropped from the check only.
     let notes = loaded.notes.into_iter().filter(|note| !note.contains("rows were kept")).collect();
@@ -111,7 +113,7 @@ struct Pass {
 }
 
 impl Pass {
-    fn new(loaded: &Loaded, robot: &Robot) -> Self {
+    fn new(loaded: &Loaded, robot: &Robot, answers: VecDeque<Answered>) -> Self {
         let mut obstacles = Vec::new();
         if let Err(other) = check_rig(loaded, robot) {
             obstacles.push(other.to_string());
@@ -121,7 +123,7 @@ impl Pass {
         match description::design::design(robot) {
             Ok(design) => {
                 tick_s = f64::from(design.parameters.tick);
-                match Decider::new(&design.parameters) {
+                match Decider::new(&design.parameters, answers) {
                     Ok(designed) => decider = Some(designed),
                     Err(e) => obstacles.push(format!("the controller refuses its parameters: {e}")),
                 }
@@ -206,8 +208,7 @@ impl Pass {
         }
         if row.is_radio {
             self.notes.push(
-                "from telemetry: compared to half a step of the radio's values; an order takes effect where the robot is \
-                 seen to follow it, and the heartbeat is taken to have arrived"
+                "from telemetry: compared to half a step of the radio's values; the heartbeat is taken to have arrived"
                     .into(),
             );
         }

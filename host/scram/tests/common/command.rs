@@ -70,6 +70,11 @@ pub fn on_a_disk_of(directory: &Path, size: &str, script: &str) -> Option<Comman
     shell("exit 0").status().is_ok_and(|status| status.success()).then(|| shell(script))
 }
 
+/// Runs with its stdout in a file.
+pub fn to_file(directory: &Path, words: &str, stdout: std::fs::File) -> Output {
+    command(directory, words).stdout(stdout).output().unwrap()
+}
+
 pub fn temporary() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }

@@ -29,6 +29,7 @@ fn received(trace: &Trace, arrives: impl Fn(u32) -> bool, edit: impl Fn(usize, R
         let rows = (first_tick as usize..).zip(rows).map(|(tick, row)| edit(tick, *row)).collect();
         let batch = Batch {
             first_tick,
+            time_us: 1000 * u64::from(first_tick),
             state: State::Duty,
             fault: None,
             tracking: true,

@@ -1,0 +1,186 @@
+//! Where the files of a run go: a numbered directory of its own, or one that was named, in which no recording is written
+//! over unasked.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, Report, WrapErr, miette};
+use recording::{RecordingError, is_disk_full};
+
+use super::say;
+
+/// Stands for the first free number. What `--out` is when nothing is said.
+pub const NUMBERED: &str = "out/run-NNNN";
+/// Beside the numbered directories: leads to that of the last run.
+const LATEST: &str = "latest";
+/// How a numbered directory is called before its number.
+const PREFIX: &str = "run-";
+/// What makes a directory one that holds a run.
+const RECORDINGS: [&str; 2] = ["run.mcap", "run.csv"];
+
+/// A directory that is this run's while this lives.
+pub struct RunDirectory {
+    path: PathBuf,
+    numbered: bool,
+    /// Two runs into one named directory: the second waits for the first, and finds its recording.
+    _lock: Option<File>,
+}
+
+impl RunDirectory {
+    /// Makes the directory of a run: `out` itself, or the next number for [`NUMBERED`].
+    ///
+    /// # Errors
+    /// It cannot be made, or there is a recording in it and it may not be written over.
+    pub fn claim(out: &Path, overwrite: bool) -> Result<Self, Report> {
+        if out != Path::new(NUMBERED) {
+            make(|| fs::create_dir_all(out), out)?;
+            let lock = lock(out);
+            refuse_recorded(out, overwrite)?;
+            return Ok(Self { path: out.to_owned(), numbered: false, _lock: lock });
+        }
+        let parent = out.parent().unwrap_or(Path::new(""));
+        make(|| fs::create_dir_all(parent), parent)?;
+        let path = next(parent).map_err(|error| cannot_be_made(out, error))?;
+        Ok(Self { path, numbered: true, _lock: None })
+    }
+
+    /// The directory.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Ends a run of which everything is written: `latest` leads to it from now on. What cannot be linked is said; the run
+    /// is there all the same.
+    pub fn keep(self) {
+        if !self.numbered {
+            return;
+        }
+        let Some((parent, name)) = self.path.parent().zip(self.path.file_name()) else { return };
+        if let Err(error) = lead_to(&parent.join(LATEST), Path::new(name)) {
+            say(&format!("warning: {} does not lead to this run: {error}", parent.join(LATEST).display()));
+        }
+    }
+
+    /// Ends a run that failed: a number that holds nothing is given back.
+    pub fn abandon(self) {
+        if self.numbered {
+            // Where something is in it, it stays.
+            let _ = fs::remove_dir(&self.path);
+        }
+    }
+}
+
+/// Fails before a run whose recording would replace one.
+///
+/// # Errors
+/// A recording is there, and it may not be written over.
+pub fn refuse_recorded(out: &Path, overwrite: bool) -> Result<(), Report> {
+    let there = RECORDINGS.map(|name| out.join(name)).into_iter().find(|file| file.exists());
+    match there {
+        Some(file) if !overwrite => Err(miette!(
+            help = "name another directory with --out, leave --out away for a new one, or say --overwrite",
+            "{} is there already, the recording of another run; it is not written over",
+            file.display()
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn make(create: impl Fn() -> io::Result<()>, directory: &Path) -> Result<(), Report> {
+    create().map_err(|error| cannot_be_made(directory, error))
+}
+
+fn cannot_be_made(directory: &Path, error: io::Error) -> Report {
+    if is_disk_full(&error) {
+        return RecordingError::io(directory, error).into();
+    }
+    let made: Result<(), Report> =
+        Err(error).into_diagnostic().wrap_err_with(|| format!("{} cannot be made", directory.display()));
+    made.err().unwrap_or_else(|| miette!("{} cannot be made", directory.display()))
+}
+
+/// Makes the directory behind the highest number. Of several processes each gets another one: a directory is made once.
+fn next(parent: &Path) -> io::Result<PathBuf> {
+    let numbers = fs::read_dir(parent)?.flatten().filter_map(|entry| {
+        let name = entry.file_name().into_string().ok()?;
+        name.strip_prefix(PREFIX)?.parse::<u32>().ok()
+    });
+    let mut number = numbers.max().unwrap_or(0);
+    loop {
+        number = number.checked_add(1).ok_or_else(|| io::Error::other("there is no number left"))?;
+        let path = parent.join(format!("{PREFIX}{number:04}"));
+        match fs::create_dir(&path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            made => return made.map(|()| path),
+        }
+    }
+}
+
+/// Replaces a symbolic link in one step: whoever follows it finds the run before or this one.
+#[cfg(unix)]
+fn lead_to(link: &Path, target: &Path) -> io::Result<()> {
+    if fs::symlink_metadata(link).is_ok_and(|there| !there.is_symlink()) {
+        return Err(io::Error::other("something else is called so"));
+    }
+    let directory = link.parent().unwrap_or(Path::new("."));
+    let new = tempfile::Builder::new()
+        .prefix(".scram-")
+        .make_in(directory, |path| std::os::unix::fs::symlink(target, path))?
+        .into_temp_path();
+    new.persist(link).map_err(|error| error.error)
+}
+
+/// Elsewhere links to directories take rights that few users have.
+#[cfg(not(unix))]
+fn lead_to(_: &Path, _: &Path) -> io::Result<()> {
+    Ok(())
+}
+
+/// Waits for whoever else writes into a directory. Without a file system that locks, nothing is held.
+fn lock(directory: &Path) -> Option<File> {
+    // Only Unix opens directories.
+    let file = File::open(directory).ok()?;
+    file.lock().ok()?;
+    Some(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn of_several_at_once_each_has_a_number_of_its_own() {
+        let directory = tempfile::tempdir().unwrap();
+        for name in ["run-0007", "run-x", "latest"] {
+            fs::create_dir(directory.path().join(name)).unwrap();
+        }
+        let claim = || (0..25).map(|_| next(directory.path()).unwrap()).collect::<Vec<_>>();
+        let made: Vec<PathBuf> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..4).map(|_| scope.spawn(claim)).collect();
+            threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+        });
+        let distinct: BTreeSet<_> = made.iter().collect();
+        assert_eq!((made.len(), distinct.len()), (100, 100));
+        let first = directory.path().join("run-0008");
+        assert!(distinct.contains(&first) && !directory.path().join("run-0001").exists(), "behind the highest");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_link_leads_to_the_last_and_replaces_nothing_else() {
+        let directory = tempfile::tempdir().unwrap();
+        let link = directory.path().join(LATEST);
+        for name in ["run-0001", "run-0002"] {
+            lead_to(&link, Path::new(name)).unwrap();
+            assert_eq!(fs::read_link(&link).unwrap(), Path::new(name));
+        }
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "no temporary link is left");
+        fs::remove_file(&link).unwrap();
+        fs::write(&link, "mine").unwrap();
+        assert!(lead_to(&link, Path::new("run-0003")).is_err());
+        assert_eq!(fs::read_to_string(&link).unwrap(), "mine");
+    }
+}

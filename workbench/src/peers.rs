@@ -1,0 +1,21 @@
+//! Programs that some tests compare with and that not every machine has: QEMU, MuJoCo, a browser.
+
+use std::io::Write;
+
+/// Where it is 1, as in `.ci/run`, nothing may be skipped.
+pub const ALL_PEERS: &str = "SCRAM_ALL_PEERS";
+
+/// Whether every peer must be there.
+#[must_use]
+pub fn all_wanted() -> bool {
+    std::env::var(ALL_PEERS).is_ok_and(|value| value == "1")
+}
+
+/// Says that a test asserts nothing here, and why: on stderr itself, which a test that passes does not swallow.
+///
+/// # Panics
+/// Where every peer must be there ([`all_wanted`]).
+pub fn skip(why: &str) {
+    assert!(!all_wanted(), "{why}, and with {ALL_PEERS}=1 nothing may be skipped");
+    let _ = writeln!(std::io::stderr(), "skipped: {why}");
+}
