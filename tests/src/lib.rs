@@ -5,6 +5,7 @@ pub mod body;
 pub mod figures;
 pub mod fuzz;
 pub mod link;
+pub mod page;
 pub mod pil;
 pub mod row;
 pub mod safety;
