@@ -114,8 +114,8 @@ fn commit() -> String {
         run.status.success().then(|| String::from_utf8_lossy(&run.stdout).trim().to_owned())
     };
     let Some(commit) = git(&["log", "-1", "--format=commit %h of %cs"]) else { return "commit unknown".to_owned() };
-    // The document itself is what is being written.
-    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":(top,exclude)docs/figures.md"]);
+    // Documents change no figure.
+    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":(top)*.rs", ":(top)*.toml"]);
     if changed.is_some_and(|list| list.is_empty()) { commit } else { format!("{commit}, with changes") }
 }
 
