@@ -116,8 +116,9 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     }
     let (reached, lines) = report(&outcomes, arguments);
     if arguments.write && !outcomes.is_empty() {
+        let command = format!("cargo blind --seed-base {}", arguments.seed_base);
         let body = format!("```text\n{}\n```", lines.join("\n"));
-        page::write("blind", "cargo blind", ("data sets", total), &body).map_err(|error| error.to_string())?;
+        page::write("blind", &command, ("data sets", total), &body).map_err(|error| error.to_string())?;
     }
     if let Some(path) = &arguments.json {
         let all: Vec<_> = outcomes.iter().map(Outcome::json).collect();
