@@ -156,10 +156,7 @@ fn no_current_below_the_bridges_drop() {
 
 #[test]
 fn parameters_that_are_nan_make_the_state_nan() {
-    for shaft in [
-        Shaft { inertia_kg_m2: f64::NAN, ..FULL },
-        Shaft { laws: coulomb(f64::NAN, 3e-3), ..FULL },
-    ] {
+    for shaft in [Shaft { inertia_kg_m2: f64::NAN, ..FULL }, Shaft { laws: coulomb(f64::NAN, 3e-3), ..FULL }] {
         let mut state = ShaftState::default();
         run(&shaft.stepper(STEP), &mut state, driven(5.0), 0.01);
         assert!(state.speed.is_nan() && state.angle.is_nan(), "{shaft:?}: {state:?}");

@@ -6,6 +6,7 @@ pub mod figures;
 pub mod fuzz;
 pub mod link;
 pub mod own;
+pub mod page;
 pub mod pil;
 pub mod row;
 pub mod safety;

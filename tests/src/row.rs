@@ -1,10 +1,35 @@
 //! A row of a table of figures: what is required beside what was measured.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::{Value, json};
+
+use crate::page;
+
+/// Where a campaign's rows go besides the terminal.
+#[derive(Args)]
+pub struct Output {
+    /// Also write the rows as JSON.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Also write the rows into their section of docs/figures.md.
+    #[arg(long, conflicts_with = "only")]
+    write: bool,
+}
+
+/// A campaign as `docs/figures.md` names it.
+#[derive(Clone, Copy, Debug)]
+pub struct Campaign {
+    /// Section of the document.
+    pub section: &'static str,
+    /// Command that measures it.
+    pub command: &'static str,
+    /// What the campaign's size counts, and the size.
+    pub size: (&'static str, u64),
+}
 
 /// One row of the table.
 #[derive(Clone, Debug)]
@@ -63,17 +88,25 @@ fn as_json(rows: &[Row]) -> Vec<Value> {
         .collect()
 }
 
-/// Prints the rows, writes them as JSON where that is wanted, and says how the program ends: a row that does not hold is a
-/// failure, and so is an empty table, which shows nothing. `size` is how large the campaign was, with its name.
+/// Prints the rows, writes them where that is wanted, and says how the program ends: a row that does not hold is a
+/// failure, and so is an empty table, which shows nothing.
 #[must_use]
-pub fn conclude(rows: &[Row], size: (&str, u64), file: Option<&Path>) -> ExitCode {
+pub fn conclude(rows: &[Row], campaign: Campaign, output: &Output) -> ExitCode {
+    let Campaign { section, command, size } = campaign;
     println!("{}", table(rows));
-    if let Some(path) = file {
+    if let Some(path) = &output.json {
         let text = format!("{:#}\n", json!({ size.0: size.1, "rows": as_json(rows) }));
         if let Err(error) = std::fs::write(path, text) {
             eprintln!("{}: {error}", path.display());
             return ExitCode::FAILURE;
         }
+    }
+    if output.write
+        && !rows.is_empty()
+        && let Err(error) = page::write(section, command, size, &page::table(rows))
+    {
+        eprintln!("{error}");
+        return ExitCode::FAILURE;
     }
     if rows.is_empty() || rows.iter().any(|row| row.holds == Some(false)) {
         ExitCode::FAILURE

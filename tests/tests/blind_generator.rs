@@ -6,6 +6,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use system_tests::blind::case::{self, Case, Category};
 use system_tests::blind::excite::{FIT_RUNS, PLAN};
+use system_tests::blind::files::Decimals;
 use system_tests::blind::hidden::{Effect, Shape};
 use system_tests::blind::laws::{Battery, Bridge, Bristle, Gravity, Heating, TwoInertias};
 use system_tests::blind::measure::{self, Linear};
@@ -377,7 +378,7 @@ fn sizes_reach_their_targets_within_the_bars_bounds() {
 fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     let texts = |seed| {
         let case = draw(seed, Category::Hidden, Some(Effect::GravityTilt));
-        case.runs.iter().map(|run| run.csv(case.sensor.wrapped)).collect::<Vec<_>>()
+        case.runs.iter().map(|run| run.csv(case.sensor.wrapped, Decimals::FULL)).collect::<Vec<_>>()
     };
     assert_eq!(texts(7), texts(7));
     assert_ne!(texts(7), texts(8));
@@ -402,7 +403,7 @@ fn seeds_draw_every_effect_and_the_same_excitations_for_another_effect() {
 fn a_wrapped_file_stays_within_one_turn_and_holds_every_sample() {
     let case = draw(9, Category::Nothing, None);
     let run = &case.runs[0];
-    let text = run.csv(true);
+    let text = run.csv(true, Decimals::FULL);
     let mut lines = text.lines();
     assert!(lines.next().is_some_and(|header| header.starts_with("t_s,enable,duty,angle_rad")));
     for (n, line) in lines.enumerate() {

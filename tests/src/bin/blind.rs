@@ -13,9 +13,11 @@ use clap::Parser;
 use comfy_table::Table;
 use serde_json::json;
 use system_tests::blind::case::{self, Case, Category};
+use system_tests::blind::files::Decimals;
 use system_tests::blind::hidden::Effect;
 use system_tests::blind::rig;
 use system_tests::blind::score::{self, Mark, Outcome, confusion, median_and_worst};
+use system_tests::page;
 
 /// Hide an effect in simulated recordings and see whether the diagnosis finds it.
 #[derive(Parser)]
@@ -50,12 +52,18 @@ struct Arguments {
     /// Keep every data set's files here, a directory each
     #[arg(long)]
     keep: Option<PathBuf>,
+    /// Write the scores into their section of docs/figures.md
+    #[arg(long, conflicts_with_all = ["export", "only"])]
+    write: bool,
     /// Write every outcome as JSON
     #[arg(long)]
     json: Option<PathBuf>,
     /// Only write the data set of a seed into a directory
     #[arg(long, num_args = 2, value_names = ["SEED", "DIR"])]
     export: Option<Vec<String>>,
+    /// Of what --export writes: runs shortened to this share of their 8 s, with fewer decimals
+    #[arg(long, value_name = "SHARE", requires = "export", value_parser = share)]
+    short: Option<f64>,
     /// Which kind of data set --export writes: hidden, nothing, outside, beside
     #[arg(long, default_value = "hidden", value_parser = category)]
     category: Category,
@@ -77,6 +85,10 @@ fn effect(name: &str) -> Result<Effect, String> {
         let names: Vec<_> = Effect::LIBRARY.into_iter().chain(Effect::OUTSIDE).map(Effect::name).collect();
         format!("unknown effect, expected one of {}", names.join(", "))
     })
+}
+
+fn share(word: &str) -> Result<f64, String> {
+    word.parse().ok().filter(|share| (0.2..=1.0).contains(share)).ok_or_else(|| "expected 0.2 to 1".to_owned())
 }
 
 fn category(word: &str) -> Result<Category, String> {
@@ -126,7 +138,12 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
             outcomes.push(outcome);
         }
     }
-    let reached = report(&outcomes, arguments);
+    let (reached, lines) = report(&outcomes, arguments);
+    if arguments.write && !outcomes.is_empty() {
+        let command = format!("cargo blind --seed-base {}", arguments.seed_base);
+        let body = format!("```text\n{}\n```", lines.join("\n"));
+        page::write("blind", &command, ("data sets", total), &body).map_err(|error| error.to_string())?;
+    }
     if let Some(path) = &arguments.json {
         let all: Vec<_> = outcomes.iter().map(Outcome::json).collect();
         std::fs::write(path, format!("{:#}\n", json!(all))).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -135,9 +152,17 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
 }
 
 fn draw(seed: u64, category: Category, only: Option<Effect>, robot_file: &str) -> Result<Case, String> {
-    // An effect to hide only goes where its kind is hidden.
-    let only = only.filter(|effect| effect.in_library() != (category == Category::Outside));
-    case::draw(seed, category, only, robot_file).map_err(|error| error.to_string())
+    case::draw(seed, category, hideable(only, category), robot_file).map_err(|error| error.to_string())
+}
+
+fn draw_short(seed: u64, arguments: &Arguments, robot_file: &str, share: f64) -> Result<Case, String> {
+    let (category, only) = (arguments.category, hideable(arguments.only, arguments.category));
+    case::draw_scaled(seed, category, only, robot_file, share).map_err(|error| error.to_string())
+}
+
+/// An effect to hide only goes where its kind is hidden.
+fn hideable(only: Option<Effect>, category: Category) -> Option<Effect> {
+    only.filter(|effect| effect.in_library() != (category == Category::Outside))
 }
 
 fn examine(case: &Case, keep: Option<&Path>) -> Result<Outcome, String> {
@@ -152,8 +177,12 @@ fn examine(case: &Case, keep: Option<&Path>) -> Result<Outcome, String> {
 fn export_one(arguments: &Arguments, export: &[String], robot_file: &str) -> Result<(), String> {
     let [seed, directory] = export else { return Err("--export wants SEED and DIR".to_owned()) };
     let seed = seed.parse().map_err(|_| format!("--export: `{seed}` is not a seed (a whole number)"))?;
-    let case = draw(seed, arguments.category, arguments.only, robot_file)?;
-    let paths = case.write(Path::new(directory)).map_err(|error| format!("{directory}: {error}"))?;
+    let case = match arguments.short {
+        Some(share) => draw_short(seed, arguments, robot_file, share)?,
+        None => draw(seed, arguments.category, arguments.only, robot_file)?,
+    };
+    let decimals = if arguments.short.is_some() { Decimals::FEW } else { Decimals::FULL };
+    let paths = case.write_with(Path::new(directory), decimals).map_err(|error| format!("{directory}: {error}"))?;
     println!("hidden: {}, visible at {:.2} times the noise floor", case.truth(), case.size.ratio());
     println!("truth: {:#?}\n{:#?}", case.world, case.sensor);
     let hold: Vec<_> = paths.held_out.iter().map(|path| format!("--holdout {}", path.display())).collect();
@@ -162,8 +191,8 @@ fn export_one(arguments: &Arguments, export: &[String], robot_file: &str) -> Res
     Ok(())
 }
 
-/// Prints the tables; whether every bar that was tried is reached.
-fn report(outcomes: &[Outcome], arguments: &Arguments) -> bool {
+/// Prints the tables; whether every bar that was tried is reached, and a line for each.
+fn report(outcomes: &[Outcome], arguments: &Arguments) -> (bool, Vec<String>) {
     let table = confusion(outcomes);
     let columns: BTreeSet<&String> = table.values().flat_map(|row| row.keys()).collect();
     let mut shown = Table::new();
@@ -178,10 +207,12 @@ fn report(outcomes: &[Outcome], arguments: &Arguments) -> bool {
     }
     println!("{shown}\n");
 
-    let mut reached = true;
+    let (mut reached, mut lines) = (true, Vec::new());
     let of = |category| outcomes.iter().filter(move |outcome| outcome.category == category);
     let mut bar = |name: &str, value: String, wanted: String, passed: bool| {
-        println!("{} {name}: {value} (bar: {wanted})", if passed { "ok  " } else { "MISS" });
+        let line = format!("{} {name}: {value} (bar: {wanted})", if passed { "ok  " } else { "MISS" });
+        println!("{line}");
+        lines.push(line);
         reached &= passed;
     };
     let count = |category| (of(category).filter(|outcome| outcome.passed()).count(), of(category).count());
@@ -222,7 +253,9 @@ fn report(outcomes: &[Outcome], arguments: &Arguments) -> bool {
         println!("     beside known effects: {right} of {all} named right");
     }
     if let Some((median, worst)) = median_and_worst(outcomes.iter().map(|outcome| outcome.seconds).collect()) {
-        println!("     time for a data set: median {median:.1} s, longest {worst:.1} s");
+        let line = format!("     time for a data set: median {median:.1} s, longest {worst:.1} s");
+        println!("{line}");
+        lines.push(line);
     }
     for outcome in outcomes.iter().filter(|outcome| !outcome.passed()) {
         println!("\nfailed: {}", outcome.line());
@@ -240,5 +273,5 @@ fn report(outcomes: &[Outcome], arguments: &Arguments) -> bool {
             outcome.seed
         );
     }
-    reached
+    (reached, lines)
 }

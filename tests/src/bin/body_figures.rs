@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use system_tests::body::{Bench, CAMPAIGNS, SLOW, without_known};
-use system_tests::row::conclude;
+use system_tests::row::{Campaign, Output, conclude};
 
 /// Measures the figures on the body, beside MuJoCo where it is there, and prints what is required beside what was measured.
 ///
@@ -25,9 +25,8 @@ struct Arguments {
     /// shown, not judged.
     #[arg(long)]
     quick: bool,
-    /// Also write the rows as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
     /// Directory for plots, tables and what is kept for the next time.
     #[arg(long, value_name = "DIR", default_value = "target/body-figures")]
     out: PathBuf,
@@ -52,5 +51,7 @@ fn main() -> ExitCode {
         ran += 1;
         eprintln!("{name}: {:.1} s", start.elapsed().as_secs_f64());
     }
-    conclude(&rows, ("campaigns", ran), arguments.json.as_deref())
+    let command = if arguments.quick { "cargo body-figures --quick" } else { "cargo body-figures" };
+    let campaign = Campaign { section: "body", command, size: ("campaigns", ran) };
+    conclude(&rows, campaign, &arguments.output)
 }

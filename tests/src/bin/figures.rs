@@ -1,13 +1,12 @@
 //! `figures`: the campaign behind the project's figures on control. Prints one table; ends with 1 if a row does not hold.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
 use system_tests::figures::CAMPAIGNS;
 use system_tests::figures::run::Bench;
-use system_tests::row::conclude;
+use system_tests::row::{Campaign, Output, conclude};
 
 /// Runs the campaigns behind the figures on control and prints what is required beside what was measured.
 #[derive(Parser)]
@@ -19,9 +18,8 @@ struct Arguments {
     /// Only campaigns whose name contains this: speed, calibrated, ceiling, oscillation, mismatch, comparison, faults, two-sensors.
     #[arg(long)]
     only: Option<String>,
-    /// Also write the rows as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 fn main() -> ExitCode {
@@ -39,5 +37,6 @@ fn main() -> ExitCode {
         rows.extend(campaign(&bench, arguments.seeds));
         eprintln!("{name}: {:.1} s", start.elapsed().as_secs_f64());
     }
-    conclude(&rows, ("seeds", arguments.seeds), arguments.json.as_deref())
+    let campaign = Campaign { section: "control", command: "cargo figures", size: ("seeds", arguments.seeds) };
+    conclude(&rows, campaign, &arguments.output)
 }

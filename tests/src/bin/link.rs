@@ -1,13 +1,12 @@
 //! `link`: the campaigns behind the project's figures on the link. Prints one table; ends with 1 if a row does not hold.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
 use system_tests::figures::run::Bench;
 use system_tests::link::{CAMPAIGNS, Options};
-use system_tests::row::conclude;
+use system_tests::row::{Campaign, Output, conclude};
 
 /// Runs the campaigns behind the figures on the link and prints what is required beside what was measured.
 #[derive(Parser)]
@@ -21,14 +20,13 @@ struct Arguments {
     #[arg(long)]
     only: Option<String>,
     /// Of the fault campaign: only faults whose name contains this.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "write")]
     fault: Option<String>,
     /// Of the fault campaign: only this seed, as a message names it.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "write")]
     seed: Option<u64>,
-    /// Also write the rows as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 fn main() -> ExitCode {
@@ -47,5 +45,6 @@ fn main() -> ExitCode {
         rows.extend(campaign(&bench, &options));
         eprintln!("{name}: {:.1} s", start.elapsed().as_secs_f64());
     }
-    conclude(&rows, ("runs", arguments.runs), arguments.json.as_deref())
+    let campaign = Campaign { section: "link", command: "cargo link-figures", size: ("runs", arguments.runs) };
+    conclude(&rows, campaign, &arguments.output)
 }

@@ -1,11 +1,10 @@
 //! `safety`: the campaign behind the project's figures on safety. Prints one table; ends with 1 if a row does not hold.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
 use system_tests::figures::run::Bench;
-use system_tests::row::conclude;
+use system_tests::row::{Campaign, Output, conclude};
 use system_tests::safety::{Options, rows};
 
 /// Orders that change, every 1 ms to 1 s, while something is broken: prints what is required beside what was measured.
@@ -23,13 +22,13 @@ struct Arguments {
     /// Only kinds of trouble whose name contains this.
     #[arg(long)]
     only: Option<String>,
-    /// Also write the rows as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let options = Options { runs: arguments.runs, seed: arguments.seed, only: arguments.only };
-    conclude(&rows(&Bench::new(), &options), ("runs", arguments.runs), arguments.json.as_deref())
+    let campaign = Campaign { section: "safety", command: "cargo safety-figures", size: ("runs", arguments.runs) };
+    conclude(&rows(&Bench::new(), &options), campaign, &arguments.output)
 }

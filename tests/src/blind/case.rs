@@ -3,7 +3,7 @@
 
 use super::beside;
 use super::excite::{self, FIT_RUNS, PLAN};
-use super::files::{self, Paths, Run};
+use super::files::{self, Decimals, Paths, Run};
 use super::hidden::{Effect, Shape};
 use super::measure::{self, Linear, Size};
 use super::rig::{Rig, RigError};
@@ -235,11 +235,32 @@ impl Draft {
 /// # Errors
 /// The robot file lacks a number.
 pub fn draw(seed: u64, category: Category, only: Option<Effect>, robot_file: &str) -> Result<Case, RigError> {
+    draw_scaled(seed, category, only, robot_file, 1.0)
+}
+
+/// The same with every run's length multiplied by `share`, above 0 and at most 1: another data set than the whole one's
+/// beginning, because each waveform is shortened.
+///
+/// # Errors
+/// The robot file lacks a number.
+pub fn draw_scaled(
+    seed: u64,
+    category: Category,
+    only: Option<Effect>,
+    robot_file: &str,
+    share: f64,
+) -> Result<Case, RigError> {
     let nominal = Rig::nominal(robot_file)?;
     let mut rng = Pcg64::seed_from_u64(seed.wrapping_mul(4).wrapping_add(category as u64));
     let rig = nominal.specimen(&mut rng);
     let (mut world, mut sensor) = (World::linear(rig), Sensor::draw(&mut rng));
-    let mut drives: Vec<Vec<Drive>> = PLAN.iter().map(|plan| excite::run(plan, &mut rng)).collect();
+    let mut drives: Vec<Vec<Drive>> = PLAN
+        .iter()
+        .map(|plan| {
+            let plan: Vec<_> = plan.iter().map(|&(kind, seconds)| (kind, seconds * share)).collect();
+            excite::run(&plan, &mut rng)
+        })
+        .collect();
     let starts = PLAN.iter().map(|_| rng.random_range(-3.1..3.1)).collect();
     let shape = Shape::draw(&mut rng);
     let noise_seed = rng.random();
@@ -299,7 +320,15 @@ impl Case {
     /// # Errors
     /// What the system says.
     pub fn write(&self, directory: &Path) -> io::Result<Paths> {
-        files::write(directory, &self.robot_file, &self.runs, FIT_RUNS, self.sensor.wrapped)
+        self.write_with(directory, Decimals::FULL)
+    }
+
+    /// The same with the decimals as wanted.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn write_with(&self, directory: &Path, decimals: Decimals) -> io::Result<Paths> {
+        files::write(directory, &self.robot_file, &self.runs, FIT_RUNS, self.sensor.wrapped, decimals)
     }
 
     /// The hidden name, or "nothing".

@@ -7,6 +7,24 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// Decimals of the numbers in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decimals {
+    /// Of the time in s.
+    pub time: usize,
+    /// Of the angle in rad.
+    pub angle: usize,
+    /// Of the current in A.
+    pub current: usize,
+}
+
+impl Decimals {
+    /// Far below the noise.
+    pub const FULL: Self = Self { time: 7, angle: 7, current: 4 };
+    /// Still a tenth of the noise, for files that are kept.
+    pub const FEW: Self = Self { time: 6, angle: 4, current: 4 };
+}
+
 /// One run with what the diagnosing side never sees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
@@ -27,21 +45,22 @@ pub struct Run {
 impl Run {
     /// The file's text.
     #[must_use]
-    pub fn csv(&self, wrapped: bool) -> String {
+    pub fn csv(&self, wrapped: bool, decimals: Decimals) -> String {
+        let Decimals { time, angle: of_angle, current: of_current } = decimals;
         let mut text = String::with_capacity(self.t_s.len() * 40);
         text.push_str("t_s,enable,duty,angle_rad");
         text.push_str(if self.current.is_some() { ",current_a\n" } else { "\n" });
         for n in 0..self.t_s.len() {
             let Drive { duty, enable } = self.drive[n];
             // Writing to a String cannot fail.
-            let _ = write!(text, "{:.7},{},{:.5},", self.t_s[n], u8::from(enable), duty);
+            let _ = write!(text, "{:.time$},{},{:.5},", self.t_s[n], u8::from(enable), duty);
             if !self.blind[n] {
                 let angle = self.reading[n];
                 let shown = if wrapped { (angle + PI).rem_euclid(TAU) - PI } else { angle };
-                let _ = write!(text, "{shown:.7}");
+                let _ = write!(text, "{shown:.of_angle$}");
             }
             if let Some(current) = &self.current {
-                let _ = write!(text, ",{:.4}", current[n]);
+                let _ = write!(text, ",{:.of_current$}", current[n]);
             }
             text.push('\n');
         }
@@ -64,7 +83,14 @@ pub struct Paths {
 ///
 /// # Errors
 /// What the system says about the first file that cannot be written.
-pub fn write(directory: &Path, robot: &str, runs: &[Run], fit: usize, wrapped: bool) -> io::Result<Paths> {
+pub fn write(
+    directory: &Path,
+    robot: &str,
+    runs: &[Run],
+    fit: usize,
+    wrapped: bool,
+    decimals: Decimals,
+) -> io::Result<Paths> {
     std::fs::create_dir_all(directory)?;
     let mut paths = Paths { robot: directory.join("robot.toml"), fit: Vec::new(), held_out: Vec::new() };
     std::fs::write(&paths.robot, robot)?;
@@ -75,7 +101,7 @@ pub fn write(directory: &Path, robot: &str, runs: &[Run], fit: usize, wrapped: b
             (&mut paths.held_out, format!("held-{}.csv", n + 1 - fit))
         };
         let path = directory.join(name);
-        std::fs::write(&path, run.csv(wrapped))?;
+        std::fs::write(&path, run.csv(wrapped, decimals))?;
         list.push(path);
     }
     Ok(paths)
