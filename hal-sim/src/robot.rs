@@ -86,7 +86,7 @@ pub struct Truth {
 /// The angle sensor with its converter.
 #[derive(Clone, Debug)]
 enum AngleSensor {
-    Digital(Digital),
+    Digital(Box<Digital>),
     Analogue(Box<(Potentiometer, Adc)>),
 }
 
@@ -442,10 +442,10 @@ impl AngleSensor {
         let scale = angle_scale(&robot.sensor);
         let encoder_noise = Stream::new(seed, Source::Encoder);
         match &robot.sensor {
-            Sensor::Ideal => Self::Digital(Digital::new(scale, laws, 0.0, encoder_noise)),
+            Sensor::Ideal => Self::Digital(Box::new(Digital::new(scale, laws, 0.0, encoder_noise))),
             Sensor::Encoder(encoder) => {
                 let noise = encoder.noise_deg.value.to_radians();
-                Self::Digital(Digital::new(scale, laws, noise, encoder_noise))
+                Self::Digital(Box::new(Digital::new(scale, laws, noise, encoder_noise)))
             }
             Sensor::Potentiometer(file) => {
                 let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];

@@ -1,7 +1,7 @@
 //! The mechanics, on data made with the model itself: what was put in comes out. Whether the diagnosis finds what a
 //! richer world hides is the system tests' business.
 
-use effects::{CoulombFriction, DriverDrop, GravityTilt, Laws, LoadFriction, StribeckFriction};
+use effects::{CoulombFriction, DriverDeadband, DriverDrop, GravityTilt, Laws, LoadFriction, StribeckFriction};
 use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -81,7 +81,7 @@ impl Rig {
             out.enable.push(enabled);
             for _ in 0..10 {
                 let terminals = if enabled {
-                    Terminals::Driven { voltage: duty * (5.0 - self.sag_ohm * bus) }
+                    Terminals::Driven { voltage: self.shaft.laws.duty(duty) * (5.0 - self.sag_ohm * bus) }
                 } else {
                     Terminals::Open
                 };
@@ -172,6 +172,12 @@ fn gravity_is_found() {
 fn driver_drop_is_found_and_its_slope_is_a_resistance() {
     let law = DriverDrop { drop_v: 0.15, slope_ohm: 1.0 };
     assert_found(&changed(|rig| rig.shaft.laws.driver_drop = Some(law)), "driver_drop", "drop_v", 0.15);
+}
+
+#[test]
+fn a_deadband_is_found() {
+    let law = DriverDeadband { width_duty: 0.06 };
+    assert_found(&changed(|rig| rig.shaft.laws.driver_deadband = Some(law)), "driver_deadband", "width_duty", 0.06);
 }
 
 #[test]

@@ -142,7 +142,7 @@ pub async fn until(at_s: f64) {
 pub enum Frame {
     Welcome,
     Notice,
-    Telling(Telling),
+    Telling(Box<Telling>),
 }
 
 fn read(frame: &[u8]) -> Frame {
@@ -154,7 +154,7 @@ fn read(frame: &[u8]) -> Frame {
             let body = &frame[HEAD + 4..frame.len() - TAG];
             let (telling, rest) = postcard::take_from_bytes(body).expect("a telling");
             assert!(rest.is_empty());
-            Frame::Telling(telling)
+            Frame::Telling(Box::new(telling))
         }
         kind => panic!("a robot does not send {kind:?}"),
     }
