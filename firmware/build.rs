@@ -4,9 +4,9 @@ use std::env;
 use std::fs;
 use std::path::PathBuf;
 
-use description::Robot;
-use description::image;
 use miette::{Context, IntoDiagnostic};
+use robot_file::Robot;
+use robot_file::image;
 use shell::image::Image;
 
 /// Where the robot file is named; without it, the project's own.

@@ -15,7 +15,7 @@ pub struct Elapsed {
     /// Time went backwards or leapt: what was known before is worth nothing.
     pub jumped: bool,
     /// Time stood still, went backwards or leapt: nothing that a healthy clock does.
-    pub astray: bool,
+    pub clock_invalid: bool,
 }
 
 /// Follows the grid that the samples jitter about.
@@ -39,7 +39,7 @@ impl Clock {
     pub fn advance(&mut self, time_us: u64, tick: f32) -> Elapsed {
         if !self.started {
             self.restart(time_us);
-            return Elapsed { ticks: 0, seconds: tick, offset: 0.0, jumped: false, astray: false };
+            return Elapsed { ticks: 0, seconds: tick, offset: 0.0, jumped: false, clock_invalid: false };
         }
         let passed = signed_difference(time_us, self.last_us) * 1e-6;
         self.last_us = time_us;
@@ -48,7 +48,13 @@ impl Clock {
         let ticks = since_us / tick_us;
         if !(-0.5..=LONGEST_GAP).contains(&ticks) {
             self.restart(time_us);
-            return Elapsed { ticks: 0, seconds: at_least(passed, tick), offset: 0.0, jumped: true, astray: true };
+            return Elapsed {
+                ticks: 0,
+                seconds: at_least(passed, tick),
+                offset: 0.0,
+                jumped: true,
+                clock_invalid: true,
+            };
         }
         let whole = whole(ticks);
         let late_us = since_us - f32::from(whole) * tick_us;
@@ -57,9 +63,9 @@ impl Clock {
             self.slack_us += late_us * FOLLOW;
             self.move_whole_slack();
         }
-        let astray = whole == 0;
-        let seconds = if astray || passed <= 0.0 { at_least(passed, tick) } else { passed };
-        Elapsed { ticks: whole, seconds, offset: late_us * 1e-6, jumped: false, astray }
+        let clock_invalid = whole == 0;
+        let seconds = if clock_invalid || passed <= 0.0 { at_least(passed, tick) } else { passed };
+        Elapsed { ticks: whole, seconds, offset: late_us * 1e-6, jumped: false, clock_invalid }
     }
 
     fn restart(&mut self, time_us: u64) {
@@ -150,15 +156,15 @@ mod tests {
         let mut clock = Clock::default();
         clock.advance(1 << 32, 1e-3);
         let stuck = clock.advance(1 << 32, 1e-3);
-        assert!(stuck.astray && stuck.ticks == 0 && (stuck.seconds - 1e-3).abs() < 1e-9, "{stuck:?}");
+        assert!(stuck.clock_invalid && stuck.ticks == 0 && (stuck.seconds - 1e-3).abs() < 1e-9, "{stuck:?}");
         let slow = clock.advance((1 << 32) + 1, 1e-3);
-        assert!(slow.astray && (slow.seconds - 1e-3).abs() < 1e-9, "{slow:?}");
+        assert!(slow.clock_invalid && (slow.seconds - 1e-3).abs() < 1e-9, "{slow:?}");
         let wrapped = clock.advance(0, 1e-3);
-        assert!(wrapped.astray && wrapped.jumped && (wrapped.seconds - 1e-3).abs() < 1e-9, "{wrapped:?}");
+        assert!(wrapped.clock_invalid && wrapped.jumped && (wrapped.seconds - 1e-3).abs() < 1e-9, "{wrapped:?}");
         let late = clock.advance(25_000, 1e-3);
-        assert!(late.astray && late.jumped && (late.seconds - 25e-3).abs() < 1e-6, "{late:?}");
+        assert!(late.clock_invalid && late.jumped && (late.seconds - 25e-3).abs() < 1e-6, "{late:?}");
         let healthy = clock.advance(26_003, 1e-3);
-        assert!(!healthy.astray && (healthy.seconds - 1.003e-3).abs() < 1e-8, "{healthy:?}");
+        assert!(!healthy.clock_invalid && (healthy.seconds - 1.003e-3).abs() < 1e-8, "{healthy:?}");
     }
 
     #[test]

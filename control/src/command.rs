@@ -63,13 +63,13 @@ pub enum Field {
     Omega,
     /// Magnitude of the target speed.
     OmegaMagnitude,
-    /// Lower turning point.
+    /// Lower turning point of `Oscillate`.
     From,
-    /// Upper turning point.
+    /// Upper turning point of `Oscillate`.
     To,
     /// Upper turning point less the lower one.
     Span,
-    /// Target angle.
+    /// Target angle of `Position`.
     Angle,
     /// Duty of the open loop.
     Duty,
@@ -94,18 +94,18 @@ impl core::fmt::Display for Field {
 pub enum Refusal {
     /// A field is not a finite number.
     NonFinite {
-        /// The field.
+        /// Field of the command that is out of range.
         name: Field,
     },
     /// A field is out of its range.
     OutOfRange {
-        /// The field.
+        /// Field of the command that is out of range.
         name: Field,
         /// What was given, SI.
         value: f32,
-        /// Lowest allowed.
+        /// Lower limit, in the field's unit.
         low: f32,
-        /// Highest allowed.
+        /// Upper limit, in the field's unit.
         high: f32,
     },
     /// The robot is in the fault state: `ClearFault` first.
@@ -116,9 +116,9 @@ pub enum Refusal {
     NotReady(Unready),
     /// The value would weaken a failsafe beyond the factory's, in the unit of robot.toml.
     WeakensFailsafe {
-        /// Lowest allowed.
+        /// Lower limit, in the field's unit.
         low: f32,
-        /// Highest allowed.
+        /// Upper limit, in the field's unit.
         high: f32,
     },
     /// Only with the bridge off.

@@ -2,7 +2,7 @@
 //!
 //! What a tick costs where floating point is software, in instructions on RV32IMC under QEMU with a calibrated sensor
 //! (`cargo pil` measures it anew and holds it to its budgets): idle 13 000, speed 25 000, oscillator 26 000, and 31 000
-//! at the most, when missed ticks are caught up with. That is under a fifth of 1 ms at 160 MHz if an instruction takes a
+//! at most, when missed ticks are caught up with. That is under a fifth of 1 ms at 160 MHz if an instruction takes a
 //! cycle. What holds it there:
 //!
 //! * An addition or multiplication is some 70 to 100 instructions, a comparison 30, a division 150 (estimated from the
@@ -17,7 +17,8 @@ use crate::acquire::{Candidate, Line, Window};
 use crate::clock::{Clock, Elapsed};
 use crate::command::{Command, Refusal};
 use crate::drive::{self, Drive};
-use crate::estimator::{Estimate, Estimator, Verdict};
+use crate::estimator::{Estimate, Estimator, GateOutcome};
+use crate::fault_detectors::{FaultDetectors, Inputs};
 use crate::loop_health::LoopHealth;
 use crate::oscillator::Oscillator;
 use crate::parameters::{AngleSource, BlindArcHandling, ParameterError, Parameters, Tuning};
@@ -26,11 +27,10 @@ use crate::sample::{Actuation, Sample};
 use crate::scalar::{clamp, sign};
 use crate::self_check::{SelfCheck, Unready};
 use crate::sensor::Reading;
-use crate::sensor_pair::{Pair, Seen};
+use crate::sensor_pair::{Pair, PairReading};
 use crate::speed::SpeedControl;
 use crate::supervisor::{Event, Fault, State, Supervisor};
 use crate::telemetry::Telemetry;
-use crate::watch::{Facts, Watcher};
 use crate::winding::{Winding, standstill_current};
 
 /// What the present state works with.
@@ -48,7 +48,7 @@ enum Mode {
 pub struct Controller {
     parameters: Parameters,
     supervisor: Supervisor,
-    watcher: Watcher,
+    fault_detectors: FaultDetectors,
     clock: Clock,
     estimator: Estimator,
     pair: Pair,
@@ -61,10 +61,10 @@ pub struct Controller {
     /// Time of the last sample, µs; `None` before the first.
     sampled_us: Option<u64>,
     /// That time was no healthy clock's.
-    astray: bool,
+    clock_invalid: bool,
     tracking: bool,
     /// How long the bridge has been driving without an angle, s.
-    searching: f32,
+    time_without_angle: f32,
     average: MovingAverage,
     actuation: Actuation,
     saturated: f32,
@@ -89,7 +89,7 @@ impl Controller {
         Ok(Self {
             parameters: *parameters,
             supervisor: Supervisor::default(),
-            watcher: Watcher::default(),
+            fault_detectors: FaultDetectors::default(),
             clock: Clock::default(),
             estimator: Estimator::new(parameters),
             pair: Pair::default(),
@@ -99,9 +99,9 @@ impl Controller {
             command: Command::Idle,
             age: 0.0,
             sampled_us: None,
-            astray: false,
+            clock_invalid: false,
             tracking: false,
-            searching: 0.0,
+            time_without_angle: 0.0,
             average: MovingAverage::default(),
             actuation: Actuation::OFF,
             saturated: 0.0,
@@ -230,7 +230,7 @@ impl Controller {
         let slow = self.estimator.estimate().speed.abs() < self.parameters.acquisition.least_speed;
         if self.supervisor.state().is_driving() && !before.is_driving() && slow {
             // At rest no reading is trusted, nor what was known before somebody may have turned the shaft.
-            self.lose();
+            self.lose_track();
         }
         let x = self.estimator.estimate();
         match (self.command, &mut self.mode) {
@@ -257,7 +257,7 @@ impl Controller {
                 // In the blind arc there is no line: then the best guess.
                 self.line_speed.unwrap_or(self.estimator.estimate().speed).abs() > limits.runaway.limit
             }
-            Fault::ClockFault => self.astray,
+            Fault::ClockFault => self.clock_invalid,
             Fault::LoopStarved => self.loop_health.missed() > GONE_SHARE * limits.loop_starved.limit,
             Fault::Overheated => self.winding.heat() > GONE_SHARE * limits.overheated.limit,
             // The others only show while the bridge drives; they come back within their bounds.
@@ -269,26 +269,26 @@ impl Controller {
     pub fn tick(&mut self, sample: &Sample) -> Actuation {
         let elapsed = self.clock.advance(sample.time_us, self.parameters.tick);
         self.sampled_us = Some(sample.time_us);
-        self.astray = elapsed.astray;
+        self.clock_invalid = elapsed.clock_invalid;
         self.age += elapsed.seconds;
         let seen = self.pair.read(&self.parameters, sample);
         self.battery = self.parameters.battery.volt(sample.battery);
         let limits = &self.parameters.supervisor;
         let (share, most) = (limits.starved_share, limits.loop_starved.limit);
         self.loop_health.advance(elapsed.seconds, self.parameters.tick, share, most);
-        let (verdict, line) = self.observe(sample, &seen, elapsed);
+        let (gate, line) = self.observe(sample, &seen, elapsed);
         let (code, reading) = self.pair.watched(sample, &seen);
         let watched = Sample { angle: code, ..*sample };
         let is_driving = self.supervisor.state().is_driving();
-        self.self_check.look(&self.parameters, &watched, reading, is_driving);
-        self.supervise(&watched, reading, verdict, line, elapsed);
+        self.self_check.update(&self.parameters, &watched, reading, is_driving);
+        self.supervise(&watched, reading, gate, line, elapsed);
         self.actuate(sample, elapsed);
         self.slow_down_alone();
         if !is_sound(&self.estimator.estimate(), self.actuation) {
-            self.lose();
+            self.lose_track();
             self.actuation = Actuation::OFF;
         }
-        self.report(sample, &seen, reading, verdict);
+        self.report(sample, &seen, reading, gate);
         self.actuation
     }
 
@@ -299,19 +299,24 @@ impl Controller {
         }
     }
 
-    fn lose(&mut self) {
+    fn lose_track(&mut self) {
         self.tracking = false;
-        self.searching = 0.0;
+        self.time_without_angle = 0.0;
         self.estimator.restart(&self.parameters);
         self.window.clear();
         self.candidate.clear();
     }
 
     /// Prediction, reading, acquisition.
-    fn observe(&mut self, sample: &Sample, seen: &Seen, elapsed: Elapsed) -> (Option<Verdict>, Option<Line>) {
+    fn observe(
+        &mut self,
+        sample: &Sample,
+        seen: &PairReading,
+        elapsed: Elapsed,
+    ) -> (Option<GateOutcome>, Option<Line>) {
         let tuning = self.tuning();
         if elapsed.jumped {
-            self.lose();
+            self.lose_track();
         }
         if elapsed.ticks > 1 {
             self.window.clear();
@@ -323,10 +328,10 @@ impl Controller {
         let x = self.estimator.estimate();
         let line = self.follow_readings(seen, &tuning, elapsed, &x);
         self.line_speed = line.map(|line| line.speed);
-        let mut verdict = None;
+        let mut gate = None;
         if self.tracking {
             let p = &self.parameters;
-            verdict = Some(match p.estimator.handling {
+            gate = Some(match p.estimator.handling {
                 BlindArcHandling::Full => {
                     let times = (elapsed.offset, elapsed.seconds);
                     self.pair.update(p, &tuning, &mut self.estimator, seen, times)
@@ -350,11 +355,11 @@ impl Controller {
         } else {
             self.candidate.clear();
         }
-        (verdict, line)
+        (gate, line)
     }
 
     /// Keeps the window of readings that are in a row outside the arc.
-    fn follow_readings(&mut self, seen: &Seen, tuning: &Tuning, elapsed: Elapsed, x: &Estimate) -> Option<Line> {
+    fn follow_readings(&mut self, seen: &PairReading, tuning: &Tuning, elapsed: Elapsed, x: &Estimate) -> Option<Line> {
         let p = &self.parameters;
         let Some(lead) = self.pair.lead(p, tuning, seen, (self.tracking, elapsed.seconds)) else {
             self.window.clear();
@@ -382,8 +387,8 @@ impl Controller {
         self.tracking = true;
         let x = self.estimator.estimate();
         match &mut self.mode {
-            Mode::Speed(speed) => speed.anchor(&x),
-            Mode::Oscillate(oscillator) => oscillator.anchor(&x),
+            Mode::Speed(speed) => speed.reset_phase(&x),
+            Mode::Oscillate(oscillator) => oscillator.reset_phase(&x),
             Mode::Position(_) | Mode::Duty(_) | Mode::Off => {}
         }
     }
@@ -392,7 +397,7 @@ impl Controller {
         &mut self,
         sample: &Sample,
         reading: Reading,
-        verdict: Option<Verdict>,
+        gate: Option<GateOutcome>,
         line: Option<Line>,
         elapsed: Elapsed,
     ) {
@@ -401,24 +406,24 @@ impl Controller {
         let current = self.estimator.estimate().current;
         let current = if self.tracking && current.is_finite() { current } else { at_rest };
         self.winding.advance(&self.parameters, current, elapsed.seconds);
-        let facts = Facts {
+        let inputs = Inputs {
             code: sample.angle,
             reading,
-            verdict,
+            gate,
             line,
             speed: self.estimator.estimate().speed,
             actuation: self.actuation,
             battery: self.battery,
             age: self.age,
             since_sample: elapsed.seconds,
-            astray: elapsed.astray,
+            clock_invalid: elapsed.clock_invalid,
             missed: self.loop_health.missed(),
             has_current: at_rest.abs() > self.parameters.supervisor.driven_current,
             heat: self.winding.heat(),
         };
-        let findings = self.watcher.look(&self.parameters, &facts);
+        let detections = self.fault_detectors.update(&self.parameters, &inputs);
         let (limits, tick) = (&self.parameters.supervisor, self.parameters.tick);
-        self.supervisor.watch(limits, &findings, elapsed.seconds, tick, self.actuation.enable);
+        self.supervisor.update(limits, &detections, elapsed.seconds, tick, self.actuation.enable);
         if !self.supervisor.state().is_driving() {
             self.mode = Mode::Off;
         }
@@ -428,13 +433,13 @@ impl Controller {
         if !self.supervisor.state().is_driving() {
             self.actuation = Actuation::OFF;
             self.saturated = 0.0;
-            self.searching = 0.0;
+            self.time_without_angle = 0.0;
             return;
         }
         if let Mode::Duty(duty) = self.mode {
             self.actuation = Actuation { duty, enable: true };
             self.saturated = 0.0;
-            self.searching = 0.0;
+            self.time_without_angle = 0.0;
             return;
         }
         if self.parameters.position.source == AngleSource::MovingAverage && !matches!(self.mode, Mode::Speed(_)) {
@@ -445,20 +450,20 @@ impl Controller {
         let x = self.estimator.estimate();
         let supply = drive::supply(&p.bridge, self.actuation.duty, x.current);
         let time = f32::from(elapsed.ticks) * p.tick;
-        self.searching = if self.tracking { 0.0 } else { self.searching + time };
+        self.time_without_angle = if self.tracking { 0.0 } else { self.time_without_angle + time };
         let voltage = match &mut self.mode {
             Mode::Speed(speed) => {
                 speed.advance(time);
                 if self.tracking {
                     speed.voltage(p, &x, supply)
                 } else {
-                    speed.anchor(&x);
-                    search_voltage(p, speed.omega(), &x, self.searching)
+                    speed.reset_phase(&x);
+                    search_voltage(p, speed.omega(), &x, self.time_without_angle)
                 }
             }
             // Any motion will do to find the angle.
             Mode::Oscillate(_) | Mode::Position(_) if !self.tracking => {
-                search_voltage(p, p.acquisition.speed, &x, self.searching)
+                search_voltage(p, p.acquisition.speed, &x, self.time_without_angle)
             }
             Mode::Oscillate(oscillator) => oscillator.voltage(p, &x, supply),
             Mode::Position(position) => {
@@ -467,8 +472,8 @@ impl Controller {
             Mode::Duty(_) | Mode::Off => 0.0,
         };
         if !(voltage.is_finite() && x.speed.is_finite()) {
-            // A duty from no number would be full voltage one way.
-            self.lose();
+            // A duty from NaN would be full voltage one way.
+            self.lose_track();
             self.actuation = Actuation::OFF;
             self.saturated = 0.0;
             return;
@@ -505,7 +510,7 @@ impl Controller {
         };
         let wanted = voltage / p.bridge.rail;
         if !wanted.is_finite() {
-            self.lose();
+            self.lose_track();
             self.actuation = Actuation::OFF;
             self.saturated = 0.0;
             return;
@@ -514,12 +519,12 @@ impl Controller {
         self.saturated = if wanted.abs() > 1.0 { sign(wanted) } else { 0.0 };
     }
 
-    fn is_blind(&self, seen: &Seen, angle: f32) -> bool {
+    fn is_blind(&self, seen: &PairReading, angle: f32) -> bool {
         let p = &self.parameters;
         p.estimator.handling == BlindArcHandling::Full && self.pair.is_blind(p, seen, angle)
     }
 
-    fn report(&mut self, sample: &Sample, seen: &Seen, reading: Reading, verdict: Option<Verdict>) {
+    fn report(&mut self, sample: &Sample, seen: &PairReading, reading: Reading, gate: Option<GateOutcome>) {
         let x = self.estimator.estimate();
         let (reference_angle, reference_speed) = match &self.mode {
             Mode::Speed(speed) => (speed.phase(), speed.omega()),
@@ -542,7 +547,7 @@ impl Controller {
                 Reading::Angle(angle) => Some(angle),
                 Reading::LowEnd | Reading::HighEnd => None,
             },
-            accepted: verdict == Some(Verdict::Accepted),
+            accepted: gate == Some(GateOutcome::Accepted),
             blind: self.is_blind(seen, x.angle),
             failed_sensor: self.pair.failed(),
             saturated: self.saturated.abs() > 0.5,
@@ -554,9 +559,9 @@ impl Controller {
 
 /// Voltage while the angle is unknown: what the model needs for a speed that shows on the readings, and all there is
 /// when that has not brought an angle: the shaft may be heavier to turn than the model thinks.
-fn search_voltage(p: &Parameters, omega: f32, x: &Estimate, searching: f32) -> f32 {
+fn search_voltage(p: &Parameters, omega: f32, x: &Estimate, time_without_angle: f32) -> f32 {
     let direction = if omega < 0.0 { -1.0 } else { 1.0 };
-    if searching > p.acquisition.patience {
+    if time_without_angle > p.acquisition.patience {
         return direction * p.bridge.rail;
     }
     let speed = if omega.abs() > p.acquisition.speed { omega.abs() } else { p.acquisition.speed };

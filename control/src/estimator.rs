@@ -14,12 +14,12 @@ use crate::sample::Actuation;
 use crate::scalar::{at_most, clamp, sign, square};
 use crate::sensor::Reading;
 
-/// The state estimate.
+/// Estimated state of shaft and winding after the last tick.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Estimate {
     /// θ, rad, −π … π.
     pub angle: f32,
-    /// ω, rad/s.
+    /// ω, shaft speed, rad/s, counter-clockwise positive.
     pub speed: f32,
     /// i at the end of the last tick, A.
     pub current: f32,
@@ -32,21 +32,21 @@ pub struct Estimate {
 pub struct Covariance {
     /// θ, θ: rad².
     pub angle: f32,
-    /// θ, ω.
+    /// θ, ω: rad²/s.
     pub angle_speed: f32,
-    /// θ, τ.
+    /// θ, τ: rad·N·m.
     pub angle_drag: f32,
     /// ω, ω: rad²/s².
     pub speed: f32,
-    /// ω, τ.
+    /// ω, τ: rad/s·N·m.
     pub speed_drag: f32,
     /// τ, τ: (N·m)².
     pub drag: f32,
 }
 
-/// What became of a reading.
+/// Result of the innovation gate for one reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum GateOutcome {
     /// Used with the noise of the reliable zone.
     Accepted,
     /// The estimate lies in the blind arc: used with the noise of the arc, or not at all.
@@ -70,7 +70,7 @@ pub struct Measured {
     pub noise: f32,
 }
 
-/// The filter.
+/// Kalman filter on [θ, ω, i, τ] with innovation gating.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimator {
     estimate: Estimate,
@@ -86,7 +86,7 @@ pub struct Estimator {
 /// A time that is predicted in one step.
 struct Span<'a> {
     transition: &'a Transition,
-    /// Control periods.
+    /// Length of the span, control periods.
     ticks: f32,
     /// The same in s.
     seconds: f32,
@@ -121,13 +121,13 @@ impl Estimator {
         self.current_per_speed = current_per_speed(parameters);
     }
 
-    /// The estimate.
+    /// Estimate after the last prediction or update.
     #[must_use]
     pub fn estimate(&self) -> Estimate {
         self.estimate
     }
 
-    /// The covariance.
+    /// Covariance after the last prediction or update.
     #[must_use]
     pub fn covariance(&self) -> Covariance {
         self.covariance
@@ -136,7 +136,7 @@ impl Estimator {
     /// So many samples were rejected that the estimate cannot be right.
     #[must_use]
     pub fn is_lost(&self, parameters: &Parameters) -> bool {
-        // What is no number is lost too.
+        // A covariance that is NaN is lost, too.
         let is_known = self.covariance.angle <= LOST_VARIANCE;
         self.rejected >= parameters.estimator.rejected_limit.saturating_mul(Self::WHOLE) || !is_known
     }
@@ -214,7 +214,7 @@ impl Estimator {
             (angle, speed) = self.reverse(parameters, actuation, supply, drag, speed, span);
         }
         self.estimate = Estimate { angle: wrap(angle), speed, current, drag: x.drag };
-        self.spread(parameters, tuning, span);
+        self.propagate_covariance(parameters, tuning, span);
     }
 
     /// The speed passes zero within the tick: the drag turns round with it, or holds the shaft.
@@ -260,7 +260,7 @@ impl Estimator {
     }
 
     /// `P ← F P Fᵀ + Q` with F = [1, a, g₁; 0, b, g₂; 0, 0, 1].
-    fn spread(&mut self, parameters: &Parameters, tuning: &Tuning, span: &Span<'_>) {
+    fn propagate_covariance(&mut self, parameters: &Parameters, tuning: &Tuning, span: &Span<'_>) {
         let t = span.transition;
         let (a, b) = (t.angle_speed, t.speed_speed);
         let (g1, g2) =
@@ -291,11 +291,11 @@ impl Estimator {
     }
 
     /// Takes in a reading that was converted `offset` (s) after its tick.
-    pub fn update(&mut self, parameters: &Parameters, tuning: &Tuning, reading: Reading, offset: f32) -> Verdict {
+    pub fn update(&mut self, parameters: &Parameters, tuning: &Tuning, reading: Reading, offset: f32) -> GateOutcome {
         let lag = parameters.sensor.lag(self.estimate.speed);
         let measured = Measured { reading, lag, blind: self.is_blind(parameters), offset, noise: tuning.reading };
-        let verdict = self.weigh(parameters, &measured);
-        self.count(verdict, Self::WHOLE)
+        let gate = self.weigh(parameters, &measured);
+        self.count(gate, Self::WHOLE)
     }
 
     /// What a reading says beyond the estimate, rad; `None` for a code that carries no angle.
@@ -307,21 +307,21 @@ impl Estimator {
     }
 
     /// Takes in a reading without counting its verdict.
-    pub(crate) fn weigh(&mut self, parameters: &Parameters, measured: &Measured) -> Verdict {
+    pub(crate) fn weigh(&mut self, parameters: &Parameters, measured: &Measured) -> GateOutcome {
         let handling = parameters.estimator.handling;
         let blind = measured.blind;
         let Some(innovation) = self.innovation(measured) else {
             // Codes of the ends carry no angle; far from the arc they contradict the estimate.
-            return if blind { Verdict::Blind } else { Verdict::Rejected };
+            return if blind { GateOutcome::Blind } else { GateOutcome::Rejected };
         };
         let noise = if blind { parameters.estimator.blind_reading } else { measured.noise };
-        let spread = self.covariance.angle + square(noise);
+        let innovation_variance = self.covariance.angle + square(noise);
         let full = handling == BlindArcHandling::Full;
-        if full && square(innovation) > square(parameters.estimator.gate) * spread {
-            return if blind { Verdict::Blind } else { Verdict::Rejected };
+        if full && square(innovation) > square(parameters.estimator.gate) * innovation_variance {
+            return if blind { GateOutcome::Blind } else { GateOutcome::Rejected };
         }
-        self.correct(parameters, innovation, spread);
-        if blind { Verdict::Blind } else { Verdict::Accepted }
+        self.correct(parameters, innovation, innovation_variance);
+        if blind { GateOutcome::Blind } else { GateOutcome::Accepted }
     }
 
     /// Whether the estimate lies where the first sensor's readings cannot be believed.
@@ -334,19 +334,19 @@ impl Estimator {
     pub(crate) const WHOLE: u16 = 4;
 
     /// Counts a verdict; a rejection by its weight, of which [`Self::WHOLE`] is a sample.
-    pub(crate) fn count(&mut self, verdict: Verdict, weight: u16) -> Verdict {
-        self.rejected = match verdict {
-            Verdict::Accepted => self.rejected.saturating_sub(2 * Self::WHOLE),
-            Verdict::Blind => self.rejected,
-            Verdict::Rejected => self.rejected.saturating_add(weight),
+    pub(crate) fn count(&mut self, gate: GateOutcome, weight: u16) -> GateOutcome {
+        self.rejected = match gate {
+            GateOutcome::Accepted => self.rejected.saturating_sub(2 * Self::WHOLE),
+            GateOutcome::Blind => self.rejected,
+            GateOutcome::Rejected => self.rejected.saturating_add(weight),
         };
-        verdict
+        gate
     }
 
-    fn correct(&mut self, parameters: &Parameters, innovation: f32, spread: f32) {
+    fn correct(&mut self, parameters: &Parameters, innovation: f32, innovation_variance: f32) {
         let motor = &parameters.motor;
         let c = self.covariance;
-        let inverse = 1.0 / spread;
+        let inverse = 1.0 / innovation_variance;
         let (k_angle, k_speed, k_drag) = (c.angle * inverse, c.angle_speed * inverse, c.angle_drag * inverse);
         let x = &mut self.estimate;
         let speed_step = k_speed * innovation;

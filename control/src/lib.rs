@@ -33,6 +33,7 @@ pub mod controller;
 pub mod drive;
 mod error;
 pub mod estimator;
+pub mod fault_detectors;
 pub mod loop_health;
 pub mod oscillator;
 pub mod parameters;
@@ -47,7 +48,6 @@ pub mod sensor_pair;
 pub mod speed;
 pub mod supervisor;
 pub mod telemetry;
-pub mod watch;
 pub mod winding;
 
 pub use command::{Command, Field, Refusal, Stroke};

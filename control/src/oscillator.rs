@@ -11,7 +11,7 @@ use crate::estimator::Estimate;
 use crate::parameters::Parameters;
 use crate::scalar::{clamp, sign, square};
 
-/// The oscillator.
+/// Swings the shaft between two angles, turning the drive round at each.
 #[derive(Clone, Copy, Debug)]
 pub struct Oscillator {
     from: f32,
@@ -33,7 +33,7 @@ impl Oscillator {
     }
 
     /// Finds the turn nearest to the stroke again, after the angle was acquired anew.
-    pub fn anchor(&mut self, estimate: &Estimate) {
+    pub fn reset_phase(&mut self, estimate: &Estimate) {
         *self = Self::new(self.from, self.to, self.style, estimate);
     }
 

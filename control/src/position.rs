@@ -35,7 +35,7 @@ impl MovingAverage {
     }
 }
 
-/// Position control.
+/// PID position controller with a moving average on the angle.
 #[derive(Clone, Copy, Debug)]
 pub struct PositionControl {
     target: f32,
@@ -45,7 +45,7 @@ pub struct PositionControl {
 }
 
 impl PositionControl {
-    /// Toward `target`, rad.
+    /// Creates a controller that moves to `target`, rad.
     #[must_use]
     pub fn new(target: f32) -> Self {
         Self { target: wrap(target), integral: 0.0, last_error: None, average: MovingAverage::default() }
@@ -57,7 +57,7 @@ impl PositionControl {
         self.target
     }
 
-    /// Another target.
+    /// Replaces the target, rad, and keeps the integrator.
     pub fn retarget(&mut self, target: f32) {
         self.target = wrap(target);
         self.last_error = None;

@@ -1,6 +1,6 @@
 //! The few scalar functions that `core` lacks or that could panic there.
 
-/// `value` kept within `low ..= high`; `low` when it is not a number. Unlike `f32::clamp` it cannot panic.
+/// `value` limited to `low ..= high`; `low` for NaN. Unlike `f32::clamp` it cannot panic.
 #[inline]
 #[must_use]
 pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
@@ -13,14 +13,14 @@ pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
     }
 }
 
-/// `value`, at most `high`; `high` when it is not a number.
+/// `value`, at most `high`; `high` for NaN.
 #[inline]
 #[must_use]
 pub fn at_most(value: f32, high: f32) -> f32 {
     if value < high { value } else { high }
 }
 
-/// −1, 0 or 1. 0 for zero and for what is not a number.
+/// −1, 0 or 1: the sign of `value`, 0 for zero and for NaN.
 #[inline]
 #[must_use]
 pub fn sign(value: f32) -> f32 {
@@ -33,7 +33,7 @@ pub fn sign(value: f32) -> f32 {
     }
 }
 
-/// Square.
+/// `value²`.
 #[inline]
 #[must_use]
 pub fn square(value: f32) -> f32 {

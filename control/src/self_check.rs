@@ -96,7 +96,7 @@ impl SelfCheck {
     }
 
     /// Takes in a sample. While the bridge drives, nothing is at rest: what was begun is forgotten.
-    pub fn look(&mut self, p: &Parameters, sample: &Sample, reading: Reading, is_driving: bool) {
+    pub fn update(&mut self, p: &Parameters, sample: &Sample, reading: Reading, is_driving: bool) {
         if is_driving {
             self.count = 0;
             return;
@@ -113,12 +113,12 @@ impl SelfCheck {
             Reading::LowEnd | Reading::HighEnd => true,
         };
         if self.count >= BLOCK {
-            self.finding = self.judge(p);
+            self.finding = self.evaluate(p);
             self.count = 0;
         }
     }
 
-    fn judge(&self, p: &Parameters) -> Option<Unready> {
+    fn evaluate(&self, p: &Parameters) -> Option<Unready> {
         let limits = &p.supervisor;
         if let Some(volt) = p.battery.volt(self.mean_battery()) {
             if volt < limits.supply_low.limit {

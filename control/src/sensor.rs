@@ -25,7 +25,7 @@ const PLAY_SPEED: f32 = 5.0;
 /// A point of the nominal curve.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Knot {
-    /// Code.
+    /// ADC code.
     pub code: f32,
     /// Angle, rad, not wrapped.
     pub angle: f32,

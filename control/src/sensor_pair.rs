@@ -14,14 +14,14 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::angle::wrap;
-use crate::estimator::{Estimate, Estimator, Measured, Verdict};
+use crate::estimator::{Estimate, Estimator, GateOutcome, Measured};
 use crate::parameters::{Parameters, Tuning};
 use crate::sample::{AdcCode, Sample};
 use crate::scalar::clamp;
 use crate::second_sensor::SecondSensor;
 use crate::sensor::Reading;
 
-/// One of the two.
+/// One of the two angle sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub enum Sensor {
     /// The one that shaft angle 0 is defined by.
@@ -33,7 +33,7 @@ pub enum Sensor {
 
 /// What a tick's codes say, as angles of the shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct PairReading {
     /// Of the first sensor.
     pub first: Reading,
     /// Of the second one; `None` where there is none.
@@ -45,7 +45,7 @@ pub struct Seen {
 pub struct Lead {
     /// Shaft angle, rad.
     pub angle: f32,
-    /// It was converted so much after the first sensor's, s.
+    /// Delay of the conversion behind the first sensor's, s.
     pub delay: f32,
     /// The reading before was the other sensor's.
     pub changed: bool,
@@ -53,7 +53,7 @@ pub struct Lead {
 
 /// What two readings say about each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Judgement {
+enum Agreement {
     /// Both fit.
     Agree,
     /// Only this one fits.
@@ -78,7 +78,7 @@ const FORGET: f32 = 0.25;
 const SHIFT_TICKS: u16 = 256;
 /// Share of a rejected sample that counts towards the loss of the angle while the other sensor is blind and cannot speak.
 const ALONE: u16 = 1;
-/// A whole one.
+/// Weight of a whole rejected sample.
 const WHOLE: u16 = Estimator::WHOLE;
 
 /// What is known about the two beyond their last readings.
@@ -94,7 +94,7 @@ pub struct Pair {
     /// Where the second one's gap is beside its nominal place, rad: what the two differ by in the mean.
     shift: f32,
     compared: u16,
-    /// Without an angle they contradicted each other: in so many ticks they must agree before either is believed again.
+    /// Ticks for which the sensors must still agree before either is believed again, after a contradiction without an angle.
     disputed: u16,
     /// How long only the second one has been seen, nobody knowing yet how it is mounted, s.
     waited: f32,
@@ -109,7 +109,7 @@ impl Pair {
 
     /// Reads a tick's codes.
     #[must_use]
-    pub fn read(&self, p: &Parameters, sample: &Sample) -> Seen {
+    pub fn read(&self, p: &Parameters, sample: &Sample) -> PairReading {
         let second = match (&p.second, sample.second) {
             (Some(second), Some(code)) => Some(match second.map.read(code) {
                 Reading::Angle(angle) => Reading::Angle(wrap(angle + self.zero(second))),
@@ -117,12 +117,12 @@ impl Pair {
             }),
             _ => None,
         };
-        Seen { first: p.sensor.read(sample.angle), second }
+        PairReading { first: p.sensor.read(sample.angle), second }
     }
 
     /// The code and reading that the supervisor watches: those of the sensor that is less in doubt.
     #[must_use]
-    pub fn watched(&self, sample: &Sample, seen: &Seen) -> (AdcCode, Reading) {
+    pub fn watched(&self, sample: &Sample, seen: &PairReading) -> (AdcCode, Reading) {
         match (sample.second, seen.second) {
             (Some(code), Some(reading)) if self.less_doubted() == Sensor::Second => (code, reading),
             _ => (sample.angle, seen.first),
@@ -145,7 +145,7 @@ impl Pair {
 
     /// Whether every working sensor is blind at an angle (rad).
     #[must_use]
-    pub fn is_blind(&self, p: &Parameters, seen: &Seen, angle: f32) -> bool {
+    pub fn is_blind(&self, p: &Parameters, seen: &PairReading, angle: f32) -> bool {
         let second = p.second.as_ref().filter(|_| seen.second.is_some());
         let first_is = || p.sensor.is_blind(angle);
         let second_is = |second: &SecondSensor| second.map.is_blind(wrap(angle - self.zero(second)));
@@ -173,7 +173,7 @@ impl Pair {
         &mut self,
         p: &Parameters,
         tuning: &Tuning,
-        seen: &Seen,
+        seen: &PairReading,
         (tracking, time): (bool, f32),
     ) -> Option<Lead> {
         let first = match seen.first {
@@ -232,13 +232,13 @@ impl Pair {
         p: &Parameters,
         tuning: &Tuning,
         estimator: &mut Estimator,
-        seen: &Seen,
+        seen: &PairReading,
         (offset, time): (f32, f32),
-    ) -> Verdict {
+    ) -> GateOutcome {
         let (Some(second), Some(reading)) = (&p.second, seen.second) else {
             return match self.failed {
                 // The only one left was not converted.
-                Some(Sensor::First) => estimator.count(Verdict::Rejected, WHOLE),
+                Some(Sensor::First) => estimator.count(GateOutcome::Rejected, WHOLE),
                 _ => estimator.update(p, tuning, seen.first, offset),
             };
         };
@@ -252,8 +252,8 @@ impl Pair {
                 return self.update_both(p, second, estimator, &measured, time);
             }
         };
-        let verdict = estimator.weigh(p, &alone);
-        estimator.count(verdict, WHOLE)
+        let gate = estimator.weigh(p, &alone);
+        estimator.count(gate, WHOLE)
     }
 
     fn measured(
@@ -291,53 +291,53 @@ impl Pair {
         estimator: &mut Estimator,
         measured: &[Measured; 2],
         (time, reach): (f32, f32),
-    ) -> Verdict {
+    ) -> GateOutcome {
         let [first, other] = measured;
         let innovations = [estimator.innovation(first), estimator.innovation(other)];
-        let judgement = judge(measured, innovations, reach);
-        self.weigh_evidence(p, judgement, time);
+        let agreement = compare_readings(measured, innovations, reach);
+        self.weigh_evidence(p, agreement, time);
         if self.disagreement >= p.estimator.sensor_persistence {
             self.disagreement = 0.0;
             self.disputed = p.acquisition.samples;
-            return estimator.count(Verdict::Rejected, u16::MAX);
+            return estimator.count(GateOutcome::Rejected, u16::MAX);
         }
-        if let (Judgement::Agree, [Some(one), Some(two)]) = (judgement, innovations) {
+        if let (Agreement::Agree, [Some(one), Some(two)]) = (agreement, innovations) {
             self.align(second, two - one);
         }
         let share = TOGETHER;
         let together = |m: &Measured| Measured { noise: share * m.noise, ..*m };
-        let verdicts = match judgement {
-            Judgement::Sides(Sensor::First) => [estimator.weigh(p, first), Verdict::Rejected],
-            Judgement::Sides(Sensor::Second) => [Verdict::Rejected, estimator.weigh(p, other)],
+        let verdicts = match agreement {
+            Agreement::Sides(Sensor::First) => [estimator.weigh(p, first), GateOutcome::Rejected],
+            Agreement::Sides(Sensor::Second) => [GateOutcome::Rejected, estimator.weigh(p, other)],
             _ => [estimator.weigh(p, &together(first)), estimator.weigh(p, &together(other))],
         };
         match verdicts {
-            [Verdict::Accepted, _] | [_, Verdict::Accepted] => estimator.count(Verdict::Accepted, WHOLE),
-            [Verdict::Rejected, Verdict::Rejected] => estimator.count(Verdict::Rejected, WHOLE),
+            [GateOutcome::Accepted, _] | [_, GateOutcome::Accepted] => estimator.count(GateOutcome::Accepted, WHOLE),
+            [GateOutcome::Rejected, GateOutcome::Rejected] => estimator.count(GateOutcome::Rejected, WHOLE),
             // The other one will speak in a moment; but should the shaft rest there, it never does.
-            [Verdict::Rejected, _] | [_, Verdict::Rejected] => estimator.count(Verdict::Rejected, ALONE),
-            [Verdict::Blind, Verdict::Blind] => estimator.count(Verdict::Blind, WHOLE),
+            [GateOutcome::Rejected, _] | [_, GateOutcome::Rejected] => estimator.count(GateOutcome::Rejected, ALONE),
+            [GateOutcome::Blind, GateOutcome::Blind] => estimator.count(GateOutcome::Blind, WHOLE),
         }
     }
 
-    fn weigh_evidence(&mut self, p: &Parameters, judgement: Judgement, time: f32) {
+    fn weigh_evidence(&mut self, p: &Parameters, agreement: Agreement, time: f32) {
         let [first, other] = &mut self.doubt;
-        match judgement {
-            Judgement::Agree => {
+        match agreement {
+            Agreement::Agree => {
                 forget(first, time);
                 forget(other, time);
                 self.disagreement = 0.0;
             }
-            Judgement::Sides(Sensor::First) => {
+            Agreement::Sides(Sensor::First) => {
                 forget(first, time);
                 *other += time;
             }
-            Judgement::Sides(Sensor::Second) => {
+            Agreement::Sides(Sensor::Second) => {
                 *first += time;
                 forget(other, time);
             }
-            Judgement::Disagree => self.disagreement += time,
-            Judgement::Unknown => {}
+            Agreement::Disagree => self.disagreement += time,
+            Agreement::Unknown => {}
         }
         let persistence = p.estimator.sensor_persistence;
         if *first >= persistence {
@@ -365,9 +365,9 @@ fn reach(second: &SecondSensor, noise: f32) -> f32 {
     0.5 * FIT_SIGMA * noise * (1.0 + second.noise) + second.tolerance
 }
 
-fn judge([first, other]: &[Measured; 2], innovations: [Option<f32>; 2], reach: f32) -> Judgement {
+fn compare_readings([first, other]: &[Measured; 2], innovations: [Option<f32>; 2], reach: f32) -> Agreement {
     if first.blind || other.blind {
-        return Judgement::Unknown;
+        return Agreement::Unknown;
     }
     // A code of an end, where the estimate is not in the arc, is as far off as can be.
     let [one, two] = innovations.map(|innovation| innovation.map_or(PI, f32::abs));
@@ -377,10 +377,10 @@ fn judge([first, other]: &[Measured; 2], innovations: [Option<f32>; 2], reach: f
         _ => false,
     };
     match fits {
-        [true, false] if CLEARLY * one <= two => Judgement::Sides(Sensor::First),
-        [false, true] if CLEARLY * two <= one => Judgement::Sides(Sensor::Second),
-        _ if apart => Judgement::Disagree,
-        [true, true] => Judgement::Agree,
-        _ => Judgement::Unknown,
+        [true, false] if CLEARLY * one <= two => Agreement::Sides(Sensor::First),
+        [false, true] if CLEARLY * two <= one => Agreement::Sides(Sensor::Second),
+        _ if apart => Agreement::Disagree,
+        [true, true] => Agreement::Agree,
+        _ => Agreement::Unknown,
     }
 }

@@ -45,7 +45,7 @@ impl SpeedControl {
     }
 
     /// Puts the phase reference on the present angle (β₀ anew).
-    pub fn anchor(&mut self, estimate: &Estimate) {
+    pub fn reset_phase(&mut self, estimate: &Estimate) {
         self.phase = estimate.angle;
         self.followed = Unwrapped::near(estimate.angle, 0.0);
         self.lag = 0.0;
@@ -81,7 +81,7 @@ impl SpeedControl {
     fn refined(&mut self, p: &Parameters, x: &Estimate, supply: f32) -> f32 {
         let base = Self::voltage_without_phase(p, self.omega, x);
         let mut error = wrap(self.phase - x.angle);
-        if error.abs() > p.speed.anchor {
+        if error.abs() > p.speed.phase_reset_error {
             error = 0.0;
         }
         let gain = p.speed.angle_gain;
@@ -89,8 +89,8 @@ impl SpeedControl {
         let demand = base + gain * error;
         if gain > 0.0 && demand.abs() > limit && sign(demand) * error > 0.0 {
             let excess = (demand.abs() - limit) / gain;
-            let slack = self.slack(p, x);
-            let kept = if error.abs() < slack { error.abs() } else { slack };
+            let saturation_hold = self.saturation_hold(p, x);
+            let kept = if error.abs() < saturation_hold { error.abs() } else { saturation_hold };
             error = sign(error) * clamp(error.abs() - excess, kept, error.abs());
         }
         self.phase = wrap(x.angle + error);
@@ -99,12 +99,12 @@ impl SpeedControl {
 
     /// Phase error that is kept although the supply cannot act on it at once, rad: near the ceiling every ripple of the
     /// estimate saturates for a moment, and shedding phase each time would slow the mean. None while spinning up.
-    fn slack(&self, p: &Parameters, x: &Estimate) -> f32 {
+    fn saturation_hold(&self, p: &Parameters, x: &Estimate) -> f32 {
         let deviation = (self.omega - x.speed).abs() / (SLACK_BAND * self.omega.abs() + 1e-6);
-        p.speed.slack * clamp(1.0 - deviation, 0.0, 1.0)
+        p.speed.saturation_hold * clamp(1.0 - deviation, 0.0, 1.0)
     }
 
-    /// To the letter.
+    /// Control law of the thesis, unchanged.
     fn thesis(&mut self, p: &Parameters, x: &Estimate) -> f32 {
         let before = self.followed.value();
         self.lag -= self.followed.follow(x.angle) - before;

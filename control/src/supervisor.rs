@@ -4,7 +4,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{Supervisor as Limits, Watch};
+use crate::parameters::{FaultLimit, Supervisor as Limits};
 
 /// State of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
@@ -12,7 +12,7 @@ pub enum State {
     /// Bridge off, ready.
     #[default]
     Idle,
-    /// Holds a speed.
+    /// Closed loop: holds a speed.
     Speed,
     /// Swings between two angles.
     Oscillate,
@@ -50,7 +50,7 @@ pub enum Fault {
     /// The processor has started: what drove before, and what is commanded since, was not meant for now. The only fault
     /// without a trigger: see [`Controller::restarted`](crate::Controller::restarted).
     Restarted,
-    /// The winding holds more heat than it may: whatever was ordered, and whatever no other trigger saw.
+    /// The winding holds more heat than it may: whatever was commanded, and whatever no other trigger saw.
     Overheated,
     /// The control loop misses its periods: nobody watches between two samples.
     LoopStarved,
@@ -94,10 +94,10 @@ pub enum Outcome {
     Refused,
 }
 
-/// Every state.
+/// Every state, in the order of [`TABLE`]'s rows.
 pub const STATES: [State; 7] =
     [State::Idle, State::Speed, State::Oscillate, State::Position, State::Duty, State::Coast, State::Fault];
-/// Every event.
+/// Every event, in the order of [`TABLE`]'s columns.
 pub const EVENTS: [Event; 8] = [
     Event::Idle,
     Event::Coast,
@@ -176,21 +176,21 @@ pub struct Trigger {
     /// Unit of its limit.
     pub unit: &'static str,
     /// Its limit, persistence and bound among the parameters.
-    pub watch: fn(&Limits) -> &Watch,
+    pub limit: fn(&Limits) -> &FaultLimit,
 }
 
 /// What is watched while the bridge drives. Earlier rows win where several are due at once.
 pub const TRIGGERS: [Trigger; 10] = [
-    Trigger { fault: Fault::SupplyLow, unit: "V", watch: |limits| &limits.supply_low },
-    Trigger { fault: Fault::CommandTooOld, unit: "s", watch: |limits| &limits.command_old },
-    Trigger { fault: Fault::LoopStarved, unit: "s", watch: |limits| &limits.loop_starved },
-    Trigger { fault: Fault::ClockFault, unit: "s", watch: |limits| &limits.clock },
-    Trigger { fault: Fault::SensorShorted, unit: "rad/s", watch: |limits| &limits.sensor_shorted },
-    Trigger { fault: Fault::SensorFrozen, unit: "codes", watch: |limits| &limits.sensor_frozen },
-    Trigger { fault: Fault::Runaway, unit: "rad/s", watch: |limits| &limits.runaway },
-    Trigger { fault: Fault::Stall, unit: "rad/s", watch: |limits| &limits.stall },
-    Trigger { fault: Fault::SensorOpen, unit: "rad/s", watch: |limits| &limits.sensor_open },
-    Trigger { fault: Fault::Overheated, unit: "", watch: |limits| &limits.overheated },
+    Trigger { fault: Fault::SupplyLow, unit: "V", limit: |limits| &limits.supply_low },
+    Trigger { fault: Fault::CommandTooOld, unit: "s", limit: |limits| &limits.command_old },
+    Trigger { fault: Fault::LoopStarved, unit: "s", limit: |limits| &limits.loop_starved },
+    Trigger { fault: Fault::ClockFault, unit: "s", limit: |limits| &limits.clock },
+    Trigger { fault: Fault::SensorShorted, unit: "rad/s", limit: |limits| &limits.sensor_shorted },
+    Trigger { fault: Fault::SensorFrozen, unit: "codes", limit: |limits| &limits.sensor_frozen },
+    Trigger { fault: Fault::Runaway, unit: "rad/s", limit: |limits| &limits.runaway },
+    Trigger { fault: Fault::Stall, unit: "rad/s", limit: |limits| &limits.stall },
+    Trigger { fault: Fault::SensorOpen, unit: "rad/s", limit: |limits| &limits.sensor_open },
+    Trigger { fault: Fault::Overheated, unit: "", limit: |limits| &limits.overheated },
 ];
 
 /// What a tick says about one fault.
@@ -210,11 +210,11 @@ pub enum Evidence {
 const FORGET: f32 = 4.0;
 
 /// What a tick says about every fault, in the order of [`TRIGGERS`].
-pub type Findings = [Evidence; TRIGGERS.len()];
+pub type Detections = [Evidence; TRIGGERS.len()];
 
 /// The state machine with its timers.
 ///
-/// Evidence outlives every order: what is ordered, and how often, takes back nothing of what was seen, and while the bridge is
+/// Evidence outlives every command: what is commanded, and how often, takes back nothing of what was seen, and while the bridge is
 /// off it waits. Only a sample that shows the contrary and a person's `ClearFault` do.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Supervisor {
@@ -225,7 +225,7 @@ pub struct Supervisor {
 }
 
 impl Supervisor {
-    /// The state.
+    /// Present state.
     #[must_use]
     pub fn state(&self) -> State {
         self.state
@@ -265,21 +265,21 @@ impl Supervisor {
 
     /// Weighs the findings of a sample that came `elapsed` s after the one before, in a loop with the period `tick` s. A finding
     /// holds for the whole of that time, however long. Nothing is watched while the bridge is off; that it was on until this
-    /// sample counts, too, for an order may have switched it off since.
-    pub fn watch(&mut self, limits: &Limits, findings: &Findings, elapsed: f32, tick: f32, was_on: bool) {
+    /// sample counts, too, for a command may have switched it off since.
+    pub fn update(&mut self, limits: &Limits, detections: &Detections, elapsed: f32, tick: f32, was_on: bool) {
         if !self.state.is_driving() && !was_on {
             return;
         }
         let mut due = None;
         let forgotten = FORGET * tick;
-        for ((trigger, finding), lasted) in TRIGGERS.iter().zip(findings).zip(&mut self.lasted) {
-            match finding {
+        for ((trigger, detection), lasted) in TRIGGERS.iter().zip(detections).zip(&mut self.lasted) {
+            match detection {
                 Evidence::Present => *lasted += elapsed,
                 Evidence::Absent if *lasted > forgotten => *lasted -= forgotten,
                 Evidence::Absent => *lasted = 0.0,
                 Evidence::Unknown => {}
             }
-            if *finding == Evidence::Present && *lasted >= (trigger.watch)(limits).persistence && due.is_none() {
+            if *detection == Evidence::Present && *lasted >= (trigger.limit)(limits).persistence && due.is_none() {
                 due = Some(trigger.fault);
             }
         }
@@ -293,22 +293,22 @@ impl Supervisor {
 mod tests {
     use super::*;
 
-    const WATCH: Watch = Watch { limit: 1.0, persistence: 0.1, bound: 0.2 };
+    const LIMIT: FaultLimit = FaultLimit { limit: 1.0, persistence: 0.1, bound: 0.2 };
     const LIMITS: Limits = Limits {
-        stall: WATCH,
+        stall: LIMIT,
         stall_window: 0.1,
-        runaway: WATCH,
-        sensor_open: WATCH,
-        sensor_shorted: WATCH,
-        sensor_frozen: WATCH,
-        supply_low: WATCH,
+        runaway: LIMIT,
+        sensor_open: LIMIT,
+        sensor_shorted: LIMIT,
+        sensor_frozen: LIMIT,
+        supply_low: LIMIT,
         supply_high: 5.0,
         slow_after: 0.5,
-        command_old: WATCH,
-        clock: WATCH,
-        loop_starved: WATCH,
+        command_old: LIMIT,
+        clock: LIMIT,
+        loop_starved: LIMIT,
         starved_share: 0.1,
-        overheated: WATCH,
+        overheated: LIMIT,
         driven_duty: 0.5,
         driven_current: 0.01,
         rest_least: 0.2,
@@ -379,12 +379,12 @@ mod tests {
         for state in STATES {
             for (index, trigger) in TRIGGERS.iter().enumerate() {
                 let mut supervisor = supervisor_in(state);
-                let mut findings = [Evidence::Absent; TRIGGERS.len()];
-                findings[index] = Evidence::Present;
+                let mut detections = [Evidence::Absent; TRIGGERS.len()];
+                detections[index] = Evidence::Present;
                 for tick in 0..200 {
                     let off = !supervisor.state().is_driving();
                     assert!(off == (!state.is_driving() || tick >= 100), "{state:?} {:?} {tick}", trigger.fault);
-                    supervisor.watch(&LIMITS, &findings, 1.001e-3, 1e-3, false);
+                    supervisor.update(&LIMITS, &detections, 1.001e-3, 1e-3, false);
                 }
                 assert_eq!(
                     supervisor.fault() == Some(trigger.fault),
@@ -406,14 +406,14 @@ mod tests {
     fn evidence_that_is_unknown_waits_and_absence_takes_it_back() {
         let mut supervisor = supervisor_in(State::Speed);
         let with = |evidence| [evidence; TRIGGERS.len()];
-        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.06, 1e-3, true);
-        supervisor.watch(&LIMITS, &with(Evidence::Unknown), 10.0, 1e-3, true);
+        supervisor.update(&LIMITS, &with(Evidence::Present), 0.06, 1e-3, true);
+        supervisor.update(&LIMITS, &with(Evidence::Unknown), 10.0, 1e-3, true);
         assert_eq!(supervisor.state(), State::Speed);
         // However long the pause, one sample takes back four periods.
-        supervisor.watch(&LIMITS, &with(Evidence::Absent), 10.0, 5e-3, true);
-        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.05, 1e-3, true);
+        supervisor.update(&LIMITS, &with(Evidence::Absent), 10.0, 5e-3, true);
+        supervisor.update(&LIMITS, &with(Evidence::Present), 0.05, 1e-3, true);
         assert_eq!(supervisor.state(), State::Speed);
-        supervisor.watch(&LIMITS, &with(Evidence::Present), 0.02, 1e-3, true);
+        supervisor.update(&LIMITS, &with(Evidence::Present), 0.02, 1e-3, true);
         assert_eq!(supervisor.state(), State::Fault);
     }
 
@@ -429,16 +429,16 @@ mod tests {
                     supervisor.request(if tick % 2 == 0 { *first } else { *second });
                     let is_on = supervisor.state().is_driving();
                     on += u32::from(is_on);
-                    supervisor.watch(&LIMITS, &present, 1e-3, 1e-3, is_on);
+                    supervisor.update(&LIMITS, &present, 1e-3, 1e-3, is_on);
                 }
                 assert!(on <= 101, "{first:?}, {second:?}: driven for {on} ms");
             }
         }
         let mut supervisor = supervisor_in(State::Speed);
-        supervisor.watch(&LIMITS, &present, 0.2, 1e-3, true);
+        supervisor.update(&LIMITS, &present, 0.2, 1e-3, true);
         supervisor.request(Event::Clear);
         supervisor.request(Event::Speed);
-        supervisor.watch(&LIMITS, &present, 0.05, 1e-3, true);
+        supervisor.update(&LIMITS, &present, 0.05, 1e-3, true);
         assert_eq!(supervisor.state(), State::Speed);
     }
 }

@@ -14,7 +14,7 @@ pub struct Telemetry {
     pub time_us: u64,
     /// State of the supervisor.
     pub state: State,
-    /// Cause, in `State::Fault`.
+    /// Cause of the fault; `None` outside `State::Fault`.
     pub fault: Option<Fault>,
     /// An angle has been acquired; without, `angle` means nothing.
     pub tracking: bool,

@@ -2,7 +2,7 @@
 //!
 //! The winding's temperature above its housing follows the power that it turns into heat, with one time constant:
 //! `τ ḣ = (i/i_c)² − h`, where `i_c` is the current that the motor bears for ever. So `h` is 1 after long driving at that
-//! current, and an order that draws more may go on for the shorter, the more it draws. There is no sensor of current: `i` is the
+//! current, and a command that draws more may go on for the shorter, the more it draws. There is no sensor of current: `i` is the
 //! model's, from duty, supply and estimated speed, and while no angle is known it is that of a blocked shaft.
 
 use crate::drive;
@@ -33,7 +33,7 @@ impl Winding {
     /// A time (s) under a current (A).
     pub fn advance(&mut self, p: &Parameters, current: f32, seconds: f32) {
         let share = seconds / p.motor.thermal_time_constant;
-        // A pause longer than the time constant: everything has settled. What is not a number counts as the longest.
+        // A pause longer than the time constant: everything has settled. NaN counts as the longest.
         let share = if share < 1.0 { share } else { 1.0 };
         self.heat += share * (square(current / p.motor.continuous_current) - self.heat);
     }

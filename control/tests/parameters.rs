@@ -1,7 +1,7 @@
 //! Parameters by name: what is set comes back, and nothing that is set can make a set that no controller can run on.
 
 use control::parameters::table::{Kind, TABLE, find, get};
-use control::parameters::{ParameterError, Parameters, SetError, Watch};
+use control::parameters::{FaultLimit, ParameterError, Parameters, SetError};
 use control::{Controller, ParameterError as Exported};
 use proptest::prelude::*;
 
@@ -21,11 +21,11 @@ fn loose() -> Parameters {
         (&mut s.runaway, 0.6),
         (&mut s.overheated, 0.1),
     ] {
-        *watch = Watch { persistence: 0.0, bound, ..*watch };
+        *watch = FaultLimit { persistence: 0.0, bound, ..*watch };
     }
     s.slow_after = 0.0;
-    s.command_old = Watch { limit: 0.0, persistence: 0.0, bound: 0.7 };
-    s.loop_starved = Watch { limit: 0.01, persistence: 0.0, bound: 0.2 };
+    s.command_old = FaultLimit { limit: 0.0, persistence: 0.0, bound: 0.7 };
+    s.loop_starved = FaultLimit { limit: 0.01, persistence: 0.0, bound: 0.2 };
     s.supply_low.limit = 3.0;
     s.supply_high = 60.0;
     s.rest_least = 0.0;

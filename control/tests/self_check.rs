@@ -8,7 +8,7 @@ use common::{World, parameters};
 
 const DRIVE: Command = Command::Speed { omega: 44.0 };
 
-/// A robot that has started, been cleared, and looked at changed samples for so many ticks: what it says to an order.
+/// A robot that has started, been cleared, and looked at changed samples for so many ticks: what it says to a command.
 fn answer(mut world: World, ticks: u32, change: impl Fn(Sample) -> Sample) -> Result<(), Refusal> {
     world.controller.command(Command::ClearFault, 0).unwrap();
     for _ in 0..ticks {

@@ -19,7 +19,7 @@
 //! assert_eq!(id.spec().parameters[0].key, "torque_nm");
 //! ```
 //!
-//! Not here: reading robot files (`description`), the mechanics that the laws act in (`hal-sim`), fitting (`diagnose`).
+//! Not here: reading robot files (`robot_file`), the mechanics that the laws act in (`hal-sim`), fitting (`diagnose`).
 
 pub mod catalogue;
 mod effect;

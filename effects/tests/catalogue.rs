@@ -35,7 +35,7 @@ fn every_file_is_an_effect_of_its_name() {
 /// Where an effect may be named besides its file: the controller's design and the specimens that are drawn know some by what
 /// they do, the body on the ground has its own gravity.
 const MAY_NAME: [&str; 6] = [
-    "description/src/design/",
+    "robot-file/src/design/",
     "robot-file/src/design/",
     "hal-sim/src/linearity.rs",
     "hal-sim/src/robot.rs",
@@ -51,7 +51,7 @@ fn an_effect_takes_one_file_and_one_line() {
         let listed = lines.lines().filter(|line| line.contains(&format!("{}::", id.name()))).count();
         assert_eq!(listed, 1, "{} in the list", id.name());
         for room in
-            ["description/src", "robot-file/src", "hal-sim/src", "host/diagnose/src", "host/plot/src", "host/mjcf/src"]
+            ["robot-file/src", "robot-file/src", "hal-sim/src", "host/diagnose/src", "host/plot/src", "host/mjcf/src"]
         {
             mentions(&root().join(room), id.name(), &mut elsewhere);
         }

@@ -6,7 +6,7 @@ use control::protocol::radio::Crash;
 use esp_hal::gpio::{AnyPin, Pin};
 use esp_hal::time::{Duration, Instant};
 use portable_atomic::{AtomicU8, Ordering};
-use shell::inject::Saboteur;
+use shell::inject::FaultInjector;
 
 /// Printed at the start, and what `cargo images` looks for: no image that is handed out has it.
 pub const NOTICE: &str = "FAULT INJECTION BUILT IN: this image breaks itself on request, it is for bring-up only";
@@ -16,16 +16,16 @@ static LED: AtomicU8 = AtomicU8::new(0);
 
 /// The processor, and the LED's pin as a sign for an oscilloscope.
 #[derive(Clone, Copy)]
-pub struct SelfSaboteur;
+pub struct ImageFaultInjector;
 
-impl SelfSaboteur {
+impl ImageFaultInjector {
     /// The LED is on this pin. Called once, before anything is asked for.
     pub fn take_led(pin: &AnyPin<'static>) {
         LED.store(pin.number(), Ordering::Relaxed);
     }
 }
 
-impl Saboteur for SelfSaboteur {
+impl FaultInjector for ImageFaultInjector {
     /// The LED is lit while the robot drives.
     fn mark(&mut self) {
         esp_hal::peripherals::GPIO::regs().out_w1tc().write(|w| {

@@ -7,7 +7,7 @@ use shell::board::Led;
 pub struct StatusLed(Output<'static>);
 
 impl StatusLed {
-    /// Dark.
+    /// Creates the LED, off.
     #[must_use]
     pub fn new(pin: AnyPin<'static>) -> Self {
         Self(Output::new(pin, Level::Low, OutputConfig::default()))

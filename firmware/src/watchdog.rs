@@ -8,15 +8,15 @@ use critical_section::Mutex;
 use esp_hal::peripherals::RTC_TIMER;
 use esp_hal::rtc_cntl::{Rtc, Rwdt, RwdtStage};
 use esp_hal::time::Duration;
-use shell::board::{self, Patience};
+use shell::board::{self, WatchdogTimeout};
 
 struct Armed {
     timer: Rwdt,
-    patience: Patience,
+    patience: WatchdogTimeout,
 }
 
 impl Armed {
-    fn expect(&mut self, patience: Patience) {
+    fn expect(&mut self, patience: WatchdogTimeout) {
         if self.patience != patience {
             self.patience = patience;
             // First: it may have counted beyond a shorter end.
@@ -34,7 +34,7 @@ pub struct Watchdog(());
 /// Arms it, with all its patience.
 #[must_use]
 pub fn arm(timer: RTC_TIMER<'static>) -> Watchdog {
-    let (mut timer, patience) = (Rtc::new(timer).rwdt, Patience::Starting);
+    let (mut timer, patience) = (Rtc::new(timer).rwdt, WatchdogTimeout::Starting);
     timer.set_timeout(RwdtStage::Stage0, Duration::from_micros(patience.us()));
     timer.enable();
     timer.feed();
@@ -49,14 +49,14 @@ pub(crate) fn feed_once_more() {
         if let Ok(mut armed) = ARMED.borrow(cs).try_borrow_mut()
             && let Some(armed) = armed.as_mut()
         {
-            armed.expect(Patience::Starting);
+            armed.expect(WatchdogTimeout::Starting);
             armed.timer.feed();
         }
     });
 }
 
 impl board::Watchdog for Watchdog {
-    fn expect(&mut self, patience: Patience) {
+    fn expect(&mut self, patience: WatchdogTimeout) {
         critical_section::with(|cs| {
             if let Some(armed) = ARMED.borrow_ref_mut(cs).as_mut() {
                 armed.expect(patience);

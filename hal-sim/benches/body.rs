@@ -4,9 +4,9 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use description::robot::Robot;
 use divan::counter::ItemsCount;
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings};
+use robot_file::robot::Robot;
 
 fn main() {
     divan::main();

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use control::Actuation;
-use description::robot::Robot;
 use hal_sim::shaft::{ShaftState, Terminals};
 use hal_sim::{SimulatedRobot, plant};
+use robot_file::robot::Robot;
 
 fn main() {
     divan::main();

@@ -3,8 +3,8 @@
 
 use std::time::Instant;
 
-use description::Robot;
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings};
+use robot_file::Robot;
 
 /// Steps of every body, after as many to warm up.
 const STEPS: usize = 2000;

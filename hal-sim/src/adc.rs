@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use description::angle_code::AdcCurve;
-use description::robot;
+use robot_file::angle_code::AdcCurve;
+use robot_file::robot;
 
 use crate::random::{Source, Stream};
 

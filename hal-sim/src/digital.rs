@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use description::angle_code::AngleScale;
 use effects::Laws;
+use robot_file::angle_code::AngleScale;
 
 use crate::random::Stream;
 

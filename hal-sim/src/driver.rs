@@ -2,7 +2,7 @@
 //! effects ([`effects::Laws::duty`], [`effects::Laws::bridge`]).
 
 use control::Actuation;
-use description::robot::Robot;
+use robot_file::robot::Robot;
 
 /// The PWM unit and the bridge's timing.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -182,7 +182,7 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    /// From now on.
+    /// Begins a fault now.
     pub fn set(&mut self, fault: Fault) {
         let [first, second] = &mut self.lines;
         match fault {
@@ -202,7 +202,7 @@ impl Faults {
         }
     }
 
-    /// Time passes, s.
+    /// Advances time by `seconds` and begins what is due.
     pub fn advance(&mut self, seconds: f64) {
         self.lines.iter_mut().for_each(|line| line.advance(seconds));
     }

@@ -7,7 +7,7 @@
 //! randomness that does not come from the seed.
 //!
 //! ```
-//! # fn run(file: &description::robot::Robot) {
+//! # fn run(file: &robot_file::robot::Robot) {
 //! let mut robot = hal_sim::SimulatedRobot::new(file, 1);
 //! for _ in 0..1000 {
 //!     let sample = robot.sample();

@@ -1,7 +1,7 @@
 //! The angle error of one specimen of a sensor, drawn where the file knows only bounds.
 
-use description::robot::{Effects, Quantity};
 use effects::{Effect, SensorNonlinearity};
+use robot_file::robot::{Effects, Quantity};
 
 use crate::random::Stream;
 

@@ -1,7 +1,7 @@
 //! The plant that a robot file describes, at its nominal values: driver, supply, shaft and wiper. A simulation runs it, and a
 //! diagnosis fits it.
 
-use description::robot::{Robot, Sensor};
+use robot_file::robot::{Robot, Sensor};
 
 use crate::driver::Driver;
 use crate::shaft::Shaft;

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use description::angle_code::Track;
-use description::robot::InGap;
 use effects::Laws;
+use robot_file::angle_code::Track;
+use robot_file::robot::InGap;
 
 use crate::plant::dragged;
 use crate::random::Stream;

@@ -51,7 +51,7 @@ pub enum Source {
     /// Which of the radio's frames arrive with wrong bits, and which bits.
     RadioCorruption,
     /// What an attacker sends.
-    SecondTalker,
+    Adversary,
     /// A bad contact of the wiper.
     BadContact,
     /// Which of the behaviours the second sensor's wiper shows in its gap.

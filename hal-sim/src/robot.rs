@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use control::{Actuation, AdcCode, Sample};
-use description::angle_code::{AdcCurve, Track, angle_scale, battery_curve};
-use description::robot::{InGap, Robot, Sensor};
 use effects::{Laws, SensorNonlinearity};
+use robot_file::angle_code::{AdcCurve, Track, angle_scale, battery_curve};
+use robot_file::robot::{InGap, Robot, Sensor};
 
 use crate::adc::Adc;
 use crate::digital::Digital;
@@ -20,7 +20,7 @@ use crate::second_sensor::{SecondSensor, Timing, voltage};
 use crate::shaft::{ShaftState, StepMeans, Stepper, Terminals};
 use crate::supply::Supply;
 
-/// What `Sample::time_us` tells.
+/// Meaning of `Sample::time_us`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum SampleTime {
     /// The middle of the tick's conversions, as the firmware reads its clock around them: the jitter is known.

@@ -1,9 +1,9 @@
 //! The second potentiometer on the shaft, with its converter. Every draw is its own: the first one's bits are those of a
 //! robot without it.
 
-use description::angle_code::Track;
-use description::robot::{Effects, InGap, Potentiometer as File};
 use effects::Laws;
+use robot_file::angle_code::Track;
+use robot_file::robot::{Effects, InGap, Potentiometer as File};
 
 use crate::adc::Adc;
 use crate::faults::{Line, LineFault};

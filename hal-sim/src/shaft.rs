@@ -89,7 +89,7 @@ pub struct Stepper {
     has_friction: bool,
     /// δ, rad; one where there is no friction.
     presliding: f64,
-    /// 1/δ, 1/rad.
+    /// Reciprocal of the presliding length, 1/rad.
     per_presliding: f64,
     /// 1/(R + slope), A/V.
     conductance: f64,
@@ -266,7 +266,7 @@ impl Stepper {
         let mut guess = free - scale * level_at_start * bristle;
         let level = self.shaft.laws.friction_level(guess, transmitted(guess));
         let (mut low, mut high) = (free - scale * level, free + scale * level);
-        // Not `clamp`: a fit may try parameters that are no numbers, and must see NaN come back instead of a panic.
+        // Not `clamp`: a fit may try parameters that are NaN, and must see NaN come back instead of a panic.
         guess = guess.max(low).min(high);
         // The bristle's law bends over its length: within a tenth of it the tangent is as good as the rule itself.
         let close = 0.1 * self.presliding;

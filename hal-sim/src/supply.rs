@@ -4,8 +4,8 @@
 //! The averaged bridge draws `duty·i` from its rail, i being the motor's current. Everything here is quasi-static but
 //! the charge and what the effects remember.
 
-use description::robot::{self, Robot};
 use effects::{Laws, States};
+use robot_file::robot::{self, Robot};
 
 use crate::shaft::Shaft;
 

@@ -1,6 +1,6 @@
 //! Specimens that differ from their robot file, as motors from one bag do.
 
-use description::robot::{Quantity, Robot};
+use robot_file::robot::{Quantity, Robot};
 
 use crate::random::{Source, Stream};
 

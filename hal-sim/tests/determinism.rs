@@ -4,9 +4,9 @@ mod common;
 
 use common::{default_robot, drive, potentiometer};
 use control::Sample;
-use description::robot::{InGap, Robot};
 use hal_sim::variation::{Spreads, draw};
 use hal_sim::{Settings, SimulatedRobot, Truth};
+use robot_file::robot::{InGap, Robot};
 
 /// Half a second of driving back and forth; every sample and the last truth.
 fn run(mut robot: SimulatedRobot) -> (Vec<Sample>, Truth) {
@@ -98,7 +98,7 @@ fn specimens_lie_within_their_spreads_and_are_seeded() {
     let (mut low, mut high) = (f64::INFINITY, 0.0f64);
     for seed in 0..300 {
         let specimen = draw(&robot, seed, &Spreads::MISMATCHED);
-        let ratio = |ours: &description::robot::Quantity, file: &description::robot::Quantity| ours.value / file.value;
+        let ratio = |ours: &robot_file::robot::Quantity, file: &robot_file::robot::Quantity| ours.value / file.value;
         let r = ratio(&specimen.motor.resistance_ohm, &robot.motor.resistance_ohm);
         let j = ratio(&specimen.motor.rotor_inertia_kg_m2, &robot.motor.rotor_inertia_kg_m2);
         let load = ratio(&specimen.load.inertia_kg_m2, &robot.load.inertia_kg_m2);

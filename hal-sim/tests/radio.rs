@@ -3,11 +3,11 @@
 mod common;
 
 use common::default_robot;
-use description::robot::Radio;
 use hal_sim::radio::airtime::Rate;
 use hal_sim::radio::loss::{Bursts, Loss};
 use hal_sim::radio::{Address, Air, BROADCAST, LONGEST, LONGEST_HEARD, Sent, Trouble};
 use hal_sim::random::{Source, Stream};
+use robot_file::robot::Radio;
 
 const ROBOT: Address = [2, 0, 0, 0, 0, 1];
 const DONGLE: Address = [2, 0, 0, 0, 0, 2];

@@ -5,9 +5,9 @@ mod common;
 use std::path::Path;
 
 use common::{default_robot, drive};
-use description::robot::Robot;
 use hal_sim::body::WalkingRobots;
 use hal_sim::{Settings, SimulatedRobot};
+use robot_file::robot::Robot;
 
 /// Shaft frequency (Hz) after two seconds at full duty.
 fn ceiling(robot: &Robot) -> f64 {

@@ -7,9 +7,9 @@ use std::path::Path;
 
 use common::drive;
 use control::AdcCode;
-use description::Robot;
-use description::robot::Sensor;
 use hal_sim::{Fault, SimulatedRobot};
+use robot_file::Robot;
+use robot_file::robot::Sensor;
 
 fn two() -> Robot {
     Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/two-sensors.toml")).expect("a robot")
@@ -71,7 +71,7 @@ fn it_reads_the_angle_from_its_own_gap_at_its_own_time() {
     ] {
         (quantity.value, quantity.low, quantity.high) = (0.0, 0.0, 0.0);
     }
-    let scale = description::angle_code::angle_scale(&Sensor::Potentiometer(sensor.clone()));
+    let scale = robot_file::angle_code::angle_scale(&Sensor::Potentiometer(sensor.clone()));
     let later_s = sensor.adc.duration_s();
     robot.effects.remove("sensor_nonlinearity");
     let mut robot = SimulatedRobot::new(&robot, 3);

@@ -6,13 +6,13 @@ use std::f64::consts::{PI, TAU};
 
 use common::{default_robot, drive, potentiometer, quiet_robot};
 use control::Actuation;
-use description::angle_code::{AdcCurve, Track, angle_scale};
-use description::robot::{InGap, Quantity, Robot, Sensor};
 use effects::{Laws, SensorDelay, SensorNonlinearity};
 use hal_sim::adc::Adc;
 use hal_sim::potentiometer::Potentiometer;
 use hal_sim::random::{Source, Stream};
 use hal_sim::{SampleTime, Settings, SimulatedRobot};
+use robot_file::angle_code::{AdcCurve, Track, angle_scale};
+use robot_file::robot::{InGap, Quantity, Robot, Sensor};
 
 fn quantity(value: f64) -> Quantity {
     Quantity { value, low: value, high: value, source: "test".into() }
@@ -349,7 +349,7 @@ fn the_battery_is_read_through_its_divider() {
     for _ in 0..10 {
         simulated.advance(Actuation::OFF);
     }
-    let curve = description::angle_code::battery_curve(&robot.sensor);
+    let curve = robot_file::angle_code::battery_curve(&robot.sensor);
     let read = curve.voltage(f64::from(simulated.sample().battery.0)) / 0.5;
     let truth = simulated.truth().battery_v;
     assert!((read - truth).abs() < 0.05, "{read} V, {truth} V expected");

@@ -3,12 +3,12 @@
 mod common;
 
 use common::{LINEAR, STEP, default_robot, drive, quiet_robot};
-use description::Robot;
 use effects::{GravityTilt, Laws, LoadFriction};
 use hal_sim::body::{Plan, Precision, Snapshot, Walker, WalkingRobots};
 use hal_sim::robot::wrap;
 use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use hal_sim::{Fault, Settings, SimulatedRobot};
+use robot_file::Robot;
 
 /// A step of 0.1 ms, a fixed start and a full cell.
 fn settings() -> Settings {
@@ -337,7 +337,7 @@ fn a_tilted_bench_does_not_pull_at_a_walking_robots_shaft() {
     let mut held = Plan::new(&robot).unwrap();
     held.clamped = Some(0);
     let level = angles(alone(&robot, held.clone(), &settings()), 0.2);
-    let quantity = |value: f64| description::robot::Quantity { value, ..robot.load.inertia_kg_m2.clone() };
+    let quantity = |value: f64| robot_file::robot::Quantity { value, ..robot.load.inertia_kg_m2.clone() };
     robot.effects.insert::<GravityTilt>(vec![quantity(3e-4), quantity(40.0)]);
     assert_eq!(level, angles(alone(&robot, held, &settings()), 0.2));
     // Where the ground slopes, the body's own gravity does.

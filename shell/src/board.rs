@@ -1,4 +1,4 @@
-//! What a board gives the tasks. One file a board in `firmware/src/board/`, and one for the host in `workbench/`.
+//! What a board gives the tasks. One file a board in `firmware/src/board/`, and one for the host in `testbed/`.
 
 use control::protocol::radio::Reset;
 use control::protocol::secure::Nonce;
@@ -25,12 +25,12 @@ pub trait Bridge {
     fn apply(&mut self, actuation: Actuation);
 }
 
-/// How long a hardware watchdog waits for its next meal before it resets the chip.
+/// Timeout of the hardware watchdog: time without a feed after which it resets the chip.
 ///
 /// Each is as short as the longest pause that is no fault. The RTC's own oscillator counts it, which drifts with temperature and
 /// supply: allow for a third.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Patience {
+pub enum WatchdogTimeout {
     /// The bridge is on. Nothing legitimate keeps the control loop out for as much as a period: flash is written with the bridge
     /// off only, and what masks interrupts (critical sections of the radio, transactions on the analogue bus, a queue's copy) takes
     /// some ten microseconds. Forty periods are what the rest is not worth arguing about: the motor turns by a third of a turn.
@@ -43,8 +43,8 @@ pub enum Patience {
     Starting,
 }
 
-impl Patience {
-    /// In microseconds.
+impl WatchdogTimeout {
+    /// Timeout, µs.
     #[must_use]
     pub const fn us(self) -> u64 {
         match self {
@@ -55,30 +55,30 @@ impl Patience {
     }
 }
 
-/// The hardware watchdog, armed with [`Patience::Starting`] before the tasks start. One task alone feeds it: the robot's control
+/// The hardware watchdog, armed with [`WatchdogTimeout::Starting`] before the tasks start. One task alone feeds it: the robot's control
 /// loop, or the dongle's guard.
 pub trait Watchdog {
     /// Changes how long it waits; where that is a change, it counts anew from here. Before the bridge is switched on, and after it
     /// is off.
-    fn expect(&mut self, patience: Patience);
+    fn expect(&mut self, patience: WatchdogTimeout);
     /// Puts its end off.
     fn feed(&mut self);
 }
 
 /// The status LED.
 pub trait Led {
-    /// On or off.
+    /// Switches the LED.
     fn set(&mut self, on: bool);
 }
 
 /// A radio message that came in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Received {
-    /// From whom.
+    /// Source address. It is not authenticated.
     pub from: Address,
     /// Strength of the signal, dBm.
     pub rssi: i8,
-    /// What.
+    /// Payload, at most 250 bytes.
     pub payload: Payload,
 }
 
@@ -120,7 +120,7 @@ pub struct Readings {
 
 /// The radio's driver, asked how it is.
 pub trait Gauge {
-    /// How it is.
+    /// Reads the driver's counters.
     fn read(&self) -> Readings;
 }
 

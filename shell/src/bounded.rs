@@ -12,7 +12,7 @@ use crate::board::{Address, Sender, Sent};
 /// A send takes no longer. The driver's callbacks come within 10 ms, and now and then 10 to 50 ms late; while it waits for the channel
 /// of a busy neighbour it tries up to seven times.
 pub const LIMIT: Duration = Duration::from_secs(1);
-/// A driver that refuses everything for so long does not recover. A burst that has taken all buffers drains within a tenth.
+/// Time for which a driver may refuse everything: after it, it does not recover. A burst that has taken all buffers drains within a tenth.
 pub const REFUSED: Duration = Duration::from_secs(2);
 
 /// The radio sends nothing any more until it is reset.

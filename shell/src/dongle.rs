@@ -32,8 +32,8 @@ use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 
 use crate::board::{
-    Address, Encryption, Gauge, Patience, Payload, RadioKey, Readings, Received, Receiver, Restart, Sender, Sent,
-    Watchdog,
+    Address, Encryption, Gauge, Payload, RadioKey, Readings, Received, Receiver, Restart, Sender, Sent, Watchdog,
+    WatchdogTimeout,
 };
 use crate::bounded::Bounded;
 
@@ -195,7 +195,7 @@ impl Shared {
 /// Who the dongle is.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
-    /// Its radio address.
+    /// ESP-NOW (MAC) address.
     pub address: Address,
     /// The radio's channel.
     pub channel: u8,
@@ -260,7 +260,7 @@ async fn guard(mut watchdog: impl Watchdog, shared: &Shared) -> ! {
     loop {
         shared.alive.wait().await;
         // It has no bridge.
-        watchdog.expect(Patience::Resting);
+        watchdog.expect(WatchdogTimeout::Resting);
         watchdog.feed();
     }
 }
@@ -274,7 +274,7 @@ async fn hear(mut receiver: impl Receiver, shared: &Shared) -> ! {
     }
 }
 
-/// Does with the radio what the host orders. Every send is awaited to its end, or to its limit: then the processor is reset.
+/// Does with the radio what the host commands. Every send is awaited to its end, or to its limit: then the processor is reset.
 async fn send(sender: impl Sender + Encryption, mut restart: impl Restart, shared: &Shared) -> ! {
     let mut sender = Bounded::new(sender);
     loop {

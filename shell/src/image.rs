@@ -1,6 +1,6 @@
 //! What a build takes from a robot file into the firmware.
 //!
-//! `description::image::Image` writes it, for it is what knows robot files; that both have the same fields in the same
+//! `robot_file::image::Image` writes it, for it is what knows robot files; that both have the same fields in the same
 //! order is tested in `tests/image.rs`. Everything else has this type: the firmware, and its build script, which reads
 //! back what was written.
 
@@ -12,11 +12,11 @@ use crate::robot::Settings;
 /// A robot as the firmware takes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
-    /// For the tasks.
+    /// Settings of the tasks.
     pub settings: Settings,
-    /// For the bridge.
+    /// Settings of the bridge's PWM.
     pub pwm: Pwm,
-    /// For the converter.
+    /// Conversion from the chip's millivolts to codes of the robot file.
     pub curve: Curve,
 }
 

@@ -1,10 +1,10 @@
 //! Faults on request, for bring-up: what a person cannot do to a board by hand.
 //!
 //! An image with fault injection puts [`Converter`] and [`Sender`] around the board's own and starts with
-//! [`Shared::injectable`]. What they do is asked for over the signed link ([`What::Inject`]), like everything else; an ordinary
+//! [`Shared::injectable`]. What they do is asked for over the signed link ([`Request::Inject`]), like everything else; an ordinary
 //! image has none of this and refuses.
 //!
-//! [`What::Inject`]: control::protocol::radio::What::Inject
+//! [`Request::Inject`]: control::protocol::radio::Request::Inject
 
 use control::AdcCode;
 use control::protocol::radio::{Crash, CrashPlace, InjectedFault};
@@ -14,10 +14,10 @@ use crate::board::{self, Address, Sent};
 use crate::robot::Shared;
 
 /// What a board does to itself on request.
-pub trait Saboteur {
+pub trait FaultInjector {
     /// A fault begins: a sign that an oscilloscope can be triggered on.
     fn mark(&mut self);
-    /// The processor does nothing else for so long, µs.
+    /// Keeps the processor busy for `for_us`, µs.
     fn block(&mut self, for_us: u64);
     /// The program crashes.
     fn crash(&mut self, how: Crash) -> !;
@@ -38,7 +38,7 @@ impl Trigger {
 /// A converter that can be made to fail, and with it the control loop that waits for it.
 pub struct Converter<'s, C, S> {
     inner: C,
-    saboteur: S,
+    injector: S,
     shared: &'s Shared,
     trigger: Trigger,
     /// Ticks since the fault began.
@@ -47,10 +47,10 @@ pub struct Converter<'s, C, S> {
     stuck: Option<AdcCode>,
 }
 
-impl<'s, C: board::Converter, S: Saboteur> Converter<'s, C, S> {
+impl<'s, C: board::Converter, S: FaultInjector> Converter<'s, C, S> {
     /// Does what `inner` does until `shared` is asked for a fault.
-    pub fn new(inner: C, saboteur: S, shared: &'s Shared) -> Self {
-        Self { inner, saboteur, shared, trigger: Trigger { current: None }, ticks: 0, stuck: None }
+    pub fn new(inner: C, injector: S, shared: &'s Shared) -> Self {
+        Self { inner, injector, shared, trigger: Trigger { current: None }, ticks: 0, stuck: None }
     }
 
     /// Which fault there is; its beginning is marked.
@@ -58,7 +58,7 @@ impl<'s, C: board::Converter, S: Saboteur> Converter<'s, C, S> {
         let fault = self.shared.injected().filter(|(fault, _)| in_loop(*fault));
         if self.trigger.begins(fault) {
             (self.ticks, self.stuck) = (0, None);
-            self.saboteur.mark();
+            self.injector.mark();
         }
         fault.map_or(InjectedFault::None, |(fault, _)| fault)
     }
@@ -66,14 +66,14 @@ impl<'s, C: board::Converter, S: Saboteur> Converter<'s, C, S> {
     /// What happens once a tick.
     fn hang_or_crash(&mut self) {
         match self.fault() {
-            InjectedFault::Crash { how, .. } => self.saboteur.crash(how),
+            InjectedFault::Crash { how, .. } => self.injector.crash(how),
             InjectedFault::HangLoop => {
                 let until = self.trigger.current.map(|(_, until)| until);
                 let left = until.map(|until| until.saturating_duration_since(Instant::now()));
-                self.saboteur.block(left.map_or(0, |left| left.as_micros()));
+                self.injector.block(left.map_or(0, |left| left.as_micros()));
             }
             InjectedFault::StarveLoop { hang_ms, run_ticks } if in_turn(self.ticks, run_ticks, 1) => {
-                self.saboteur.block(u64::from(hang_ms) * 1000);
+                self.injector.block(u64::from(hang_ms) * 1000);
             }
             _ => {}
         }
@@ -81,13 +81,13 @@ impl<'s, C: board::Converter, S: Saboteur> Converter<'s, C, S> {
     }
 }
 
-impl<C: board::Converter, S: Saboteur> board::Converter for Converter<'_, C, S> {
+impl<C: board::Converter, S: FaultInjector> board::Converter for Converter<'_, C, S> {
     fn angle(&mut self) -> AdcCode {
         let code = self.inner.angle();
         match self.fault() {
             InjectedFault::ConverterStuck => *self.stuck.get_or_insert(code),
             InjectedFault::ConverterSlow { by_us } => {
-                self.saboteur.block(by_us.into());
+                self.injector.block(by_us.into());
                 code
             }
             InjectedFault::ConverterIntermittent { good_ticks, bad_ticks }
@@ -129,26 +129,26 @@ fn in_loop(fault: InjectedFault) -> bool {
 /// The radio's sending half, which can be made to fail.
 pub struct Sender<'s, T, S> {
     inner: T,
-    saboteur: S,
+    injector: S,
     shared: &'s Shared,
     trigger: Trigger,
 }
 
-impl<'s, T: board::Sender, S: Saboteur> Sender<'s, T, S> {
+impl<'s, T: board::Sender, S: FaultInjector> Sender<'s, T, S> {
     /// Does what `inner` does until `shared` is asked for a fault.
-    pub fn new(inner: T, saboteur: S, shared: &'s Shared) -> Self {
-        Self { inner, saboteur, shared, trigger: Trigger { current: None } }
+    pub fn new(inner: T, injector: S, shared: &'s Shared) -> Self {
+        Self { inner, injector, shared, trigger: Trigger { current: None } }
     }
 }
 
-impl<T: board::Sender, S: Saboteur> board::Sender for Sender<'_, T, S> {
+impl<T: board::Sender, S: FaultInjector> board::Sender for Sender<'_, T, S> {
     async fn send(&mut self, to: &Address, payload: &[u8]) -> Sent {
         let fault = self.shared.injected().filter(|(fault, _)| !in_loop(*fault));
         if self.trigger.begins(fault) {
-            self.saboteur.mark();
+            self.injector.mark();
         }
         match fault {
-            Some((InjectedFault::Crash { how, .. }, _)) => self.saboteur.crash(how),
+            Some((InjectedFault::Crash { how, .. }, _)) => self.injector.crash(how),
             Some((InjectedFault::SendsFail, _)) => Sent::Unheard,
             Some((InjectedFault::SendsRefused, _)) => Sent::Refused,
             Some((InjectedFault::SendsNeverEnd, until)) => {

@@ -15,7 +15,7 @@ pub struct Wires {
 
 /// Slow decay, with `steps` in a period: PWM on the first input and the second low turns the shaft counter-clockwise; the
 /// other way round clockwise. While both are low the motor is short-circuited through the lower switches, so that its current
-/// goes on flowing. What is no number opens the bridge.
+/// goes on flowing. NaN opens the bridge.
 #[must_use]
 pub fn slow_decay(actuation: Actuation, steps: u16) -> Wires {
     let Actuation { duty, enable } = actuation;

@@ -1,7 +1,7 @@
 //! What the robot keeps in flash: its [`parameters`] and its [`pairing`], each in a partition of its own. Whatever happens to
 //! the supply, the robot finds what was there before or what was written last, whole.
 //!
-//! A partition is cut into two halves, each a wear-levelled map of [`sequential_storage`], and records are written in
+//! A partition has two A/B slots, each a wear-levelled map of [`sequential_storage`], and records are written in
 //! turn: the half that holds the newest one is neither written to nor erased. So nothing in the other half matters until
 //! its record is complete, not even an interrupted erase that leaves a page with old or random contents, which a single
 //! map takes for data (it brings back a record from long ago). The intact record with the highest sequence number counts.
@@ -28,7 +28,7 @@ use postcard_schema::Schema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-mod halves;
+mod ab_slots;
 pub mod pairing;
 pub mod parameters;
 mod record;
@@ -36,9 +36,9 @@ mod record;
 /// Where in the flash what is kept, bytes: each four or more whole pages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Partitions {
-    /// Of the parameters.
+    /// Partition of the parameters, bytes.
     pub parameters: Range<u32>,
-    /// Of the pairing.
+    /// Partition of the pairing, bytes.
     pub pairing: Range<u32>,
 }
 

@@ -1,12 +1,12 @@
-//! What `description` writes into the firmware is what the firmware reads.
+//! What `robot_file` writes into the firmware is what the firmware reads.
 
 use std::path::Path;
 
 use control::AdcCode;
-use description::Robot;
-use description::angle_code::AdcCurve;
-use description::image;
-use description::robot::Sensor;
+use robot_file::Robot;
+use robot_file::angle_code::AdcCurve;
+use robot_file::image;
+use robot_file::robot::Sensor;
 use shell::adc::Curve;
 use shell::image::{Image, Pwm};
 use shell::robot::Settings;
@@ -15,7 +15,7 @@ fn robot() -> Robot {
     Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml")).expect("the project's own robot file")
 }
 
-/// What the firmware reads of what `description` writes.
+/// What the firmware reads of what `robot_file` writes.
 fn read(written: &image::Image) -> Image {
     let mut buffer = [0; 2048];
     Image::read(postcard::to_slice(written, &mut buffer).expect("short")).expect("the same fields")

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use common::conventions::omega_from_frequency;
 use control::{Command, Controller};
-use description::robot::Robot;
 use hal_sim::SimulatedRobot;
+use robot_file::robot::Robot;
 
 fn main() {
     divan::main();
@@ -21,7 +21,7 @@ fn hold() -> Command {
 fn settled() -> (SimulatedRobot, Controller) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml");
     let file = Robot::load(&path).unwrap_or_else(|error| panic!("{error}"));
-    let design = description::design::design(&file).unwrap_or_else(|error| panic!("{error}"));
+    let design = robot_file::design::design(&file).unwrap_or_else(|error| panic!("{error}"));
     let mut controller = Controller::new(&design.parameters).unwrap_or_else(|error| panic!("{error}"));
     let mut robot = SimulatedRobot::new(&file, 1);
     one_second(&mut robot, &mut controller);

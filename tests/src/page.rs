@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Names of the sections, in the document's order.
 pub const SECTIONS: [&str; 5] = ["control", "link", "safety", "blind", "body"];
@@ -77,7 +77,7 @@ pub fn replaced(document: &str, name: &str, text: &str) -> Result<String, String
 
 /// Rows as a Markdown table.
 #[must_use]
-pub fn table(rows: &[Row]) -> String {
+pub fn table(rows: &[FigureRow]) -> String {
     let mut text = String::from("| what | required | measured | holds |\n|---|---|---|---|\n");
     for row in rows {
         let holds = match row.holds {
@@ -143,8 +143,8 @@ mod tests {
     #[test]
     fn a_section_is_replaced_and_the_rest_stays() {
         let rows = [
-            Row::new("  a | b", "1 %", "2 %".to_owned(), false, Value::Null),
-            Row::beside("c", "3".to_owned(), Value::Null),
+            FigureRow::new("  a | b", "1 %", "2 %".to_owned(), false, Value::Null),
+            FigureRow::beside("c", "3".to_owned(), Value::Null),
         ];
         let page = replaced(PAGE, "a", &table(&rows)).expect("both markers are there");
         assert!(

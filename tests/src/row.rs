@@ -31,9 +31,9 @@ pub struct Campaign {
     pub size: (&'static str, u64),
 }
 
-/// One row of the table.
+/// Row of a table of figures: a requirement and what was measured.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct FigureRow {
     /// What was tried.
     pub what: String,
     /// What is required; empty for a row that only informs.
@@ -46,7 +46,7 @@ pub struct Row {
     pub numbers: Value,
 }
 
-impl Row {
+impl FigureRow {
     /// A row with a requirement.
     #[must_use]
     pub fn new(what: &str, required: &str, measured: String, holds: bool, numbers: Value) -> Self {
@@ -61,7 +61,7 @@ impl Row {
 }
 
 /// The rows for people.
-fn table(rows: &[Row]) -> Table {
+fn table(rows: &[FigureRow]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(140);
     table.set_header(["what", "required", "measured", "holds"]);
@@ -77,7 +77,7 @@ fn table(rows: &[Row]) -> Table {
 }
 
 /// The rows for machines.
-fn as_json(rows: &[Row]) -> Vec<Value> {
+fn as_json(rows: &[FigureRow]) -> Vec<Value> {
     rows.iter()
         .map(|row| {
             json!({
@@ -91,7 +91,7 @@ fn as_json(rows: &[Row]) -> Vec<Value> {
 /// Prints the rows, writes them where that is wanted, and says how the program ends: a row that does not hold is a
 /// failure, and so is an empty table, which shows nothing.
 #[must_use]
-pub fn conclude(rows: &[Row], campaign: Campaign, output: &Output) -> ExitCode {
+pub fn conclude(rows: &[FigureRow], campaign: Campaign, output: &Output) -> ExitCode {
     let Campaign { section, command, size } = campaign;
     println!("{}", table(rows));
     if let Some(path) = &output.json {

@@ -2,14 +2,14 @@
 //! `cargo body-figures`. What needs MuJoCo is skipped, and says so, where `.ci/tools` has not brought it; with
 //! SCRAM_ALL_PEERS=1 that is a failure.
 
-use system_tests::body::{Bench, CAMPAIGNS, Campaign};
-use workbench::peers::skip;
+use system_tests::body::{CAMPAIGNS, Campaign, PeerSetup};
+use testbed::peers::skip;
 
 #[track_caller]
 fn assert_holds(name: &str) {
     let found: Option<&Campaign> = CAMPAIGNS.iter().find(|campaign| campaign.0 == name);
     let out = tempfile::tempdir().expect("a directory");
-    let rows = found.expect("a campaign of that name").1(&Bench::new(out.path().to_owned()));
+    let rows = found.expect("a campaign of that name").1(&PeerSetup::new(out.path().to_owned()));
     assert!(!rows.is_empty());
     for row in rows {
         assert!(row.holds != Some(false), "{}: required {}, measured {}", row.what, row.required, row.measured);

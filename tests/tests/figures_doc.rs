@@ -1,7 +1,7 @@
 //! docs/figures.md has every section, and its table on control is the campaign's.
 
 use system_tests::figures::CAMPAIGNS;
-use system_tests::figures::run::Bench;
+use system_tests::figures::run::DesignedRobot;
 use system_tests::page::{SECTIONS, parsed, path, section};
 
 fn document() -> String {
@@ -23,7 +23,7 @@ fn every_section_is_there_once_and_has_something() {
 fn the_table_on_control_has_the_campaigns_rows() {
     let document = document();
     let written = parsed(section(&document, "control").expect("checked by the other test"));
-    let bench = Bench::new();
+    let bench = DesignedRobot::new();
     let measured: Vec<_> = CAMPAIGNS.iter().flat_map(|(_, campaign)| campaign(&bench, 1)).collect();
     let names: Vec<&str> = measured.iter().map(|row| row.what.trim()).collect();
     let written_names: Vec<&str> = written.iter().map(|row| row[0].as_str()).collect();

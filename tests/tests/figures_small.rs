@@ -1,15 +1,15 @@
 //! The figures on control with a few seeds each: every row that requires something must hold. The whole campaign is
 //! `cargo run -p system-tests --bin figures`.
 
-use system_tests::figures::run::Bench;
-use system_tests::figures::{CAMPAIGNS, Campaign, Row};
+use system_tests::figures::run::DesignedRobot;
+use system_tests::figures::{CAMPAIGNS, Campaign, FigureRow};
 
 /// Seeds of a small campaign.
 const SEEDS: u64 = 6;
 
-fn campaign(name: &str) -> Vec<Row> {
+fn campaign(name: &str) -> Vec<FigureRow> {
     let found: Option<&Campaign> = CAMPAIGNS.iter().find(|campaign| campaign.0 == name);
-    found.expect("a campaign of that name").1(&Bench::new(), SEEDS)
+    found.expect("a campaign of that name").1(&DesignedRobot::new(), SEEDS)
 }
 
 fn assert_holds(name: &str) {
@@ -56,7 +56,7 @@ fn goes_on_with_the_other_sensor() {
 #[test]
 fn the_thesis_way_is_worse_where_it_is_said_to_be() {
     let rows = campaign("comparison");
-    let number = |row: &Row, name: &str| row.numbers[name].as_f64().unwrap_or(f64::INFINITY);
+    let number = |row: &FigureRow, name: &str| row.numbers[name].as_f64().unwrap_or(f64::INFINITY);
     let ours = &campaign("oscillation")[0];
     for row in &rows[..2] {
         assert!(number(row, "worst_deg") > 2.0 * number(ours, "worst_deg"), "{}: {}", row.what, row.measured);

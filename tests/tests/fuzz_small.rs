@@ -42,7 +42,7 @@ targets! {
     air_robot: 3000,
     air_console: 3000,
     session: 2000,
-    robot_orders: 2000,
+    robot_commands: 2000,
     recording_mcap: 3000,
     recording_csv: 3000,
     robot_file: 1000,

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use description::Robot;
 use diagnose::{Options, diagnose};
 use recording::{Recording, load};
+use robot_file::Robot;
 use serde_json::Value;
 use system_tests::blind::case::{self, Case, Category};
 use system_tests::blind::files::Decimals;

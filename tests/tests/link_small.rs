@@ -1,17 +1,17 @@
 //! The figures on the link, small: every row that requires something must hold. The whole campaign is `cargo link-figures`.
 
-use system_tests::figures::run::Bench;
+use system_tests::figures::run::DesignedRobot;
 use system_tests::link::fault::CASES;
 use system_tests::link::{CAMPAIGNS, Campaign, Options};
-use system_tests::row::Row;
+use system_tests::row::FigureRow;
 
-fn campaign(name: &str, runs: u64, fault: Option<&str>) -> Vec<Row> {
+fn campaign(name: &str, runs: u64, fault: Option<&str>) -> Vec<FigureRow> {
     let found: Option<&Campaign> = CAMPAIGNS.iter().find(|campaign| campaign.0 == name);
     let options = Options { runs, seed: None, fault: fault.map(str::to_owned) };
-    found.expect("a campaign of that name").1(&Bench::new(), &options)
+    found.expect("a campaign of that name").1(&DesignedRobot::new(), &options)
 }
 
-fn assert_holds(rows: &[Row]) {
+fn assert_holds(rows: &[FigureRow]) {
     assert!(!rows.is_empty());
     for row in rows {
         assert!(row.holds != Some(false), "{}: required {}, measured {}", row.what, row.required, row.measured);

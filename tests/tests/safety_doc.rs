@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use control::supervisor::{FAULTS, TRIGGERS};
-use system_tests::figures::run::Bench;
+use system_tests::figures::run::DesignedRobot;
 
 /// The rows of the table whose first cell is a fault's name in backquotes.
 fn row<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
@@ -22,14 +22,14 @@ fn seconds(cell: &str) -> f32 {
 fn every_fault_is_in_the_table_with_its_persistence_and_bound() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/safety.md");
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let parameters = Bench::new().parameters;
+    let parameters = DesignedRobot::new().parameters;
     for fault in FAULTS {
         let row = row(&text, &format!("{fault:?}"));
         let Some(trigger) = TRIGGERS.iter().find(|trigger| trigger.fault == fault) else {
             assert_eq!(row[4], "at once", "{fault:?} has no trigger");
             continue;
         };
-        let watch = (trigger.watch)(&parameters.supervisor);
+        let watch = (trigger.limit)(&parameters.supervisor);
         assert_eq!((seconds(row[3]), seconds(row[4])), (watch.persistence, watch.bound), "{fault:?}");
     }
 }

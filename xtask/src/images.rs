@@ -17,7 +17,7 @@ use crate::project::Project;
 use crate::sections::Sections;
 use crate::toolchain::output_of;
 
-/// One binary, measured.
+/// Sizes of one binary.
 struct Measured {
     binary: String,
     image: u64,

@@ -64,8 +64,8 @@ impl Parameters {
         within("speed.angle_gain", self.speed.angle_gain, 0.0, 1e4)?;
         within("speed.speed_gain", self.speed.speed_gain, 0.0, 1e4)?;
         within("speed.current_gain", self.speed.current_gain, -1e4, 1e4)?;
-        positive("speed.anchor", self.speed.anchor, 3.0)?;
-        within("speed.slack", self.speed.slack, 0.0, self.speed.anchor)?;
+        positive("speed.phase_reset_error", self.speed.phase_reset_error, 3.0)?;
+        within("speed.saturation_hold", self.speed.saturation_hold, 0.0, self.speed.phase_reset_error)?;
         for entry in TABLE {
             entry.check(self)?;
         }

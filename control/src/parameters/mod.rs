@@ -109,7 +109,7 @@ pub struct Bridge {
     pub fade_current: f32,
 }
 
-/// The battery's divider.
+/// Voltage divider in front of the battery's ADC input.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Battery {
     /// Cell voltage per code, V; 0 when the cell is not measured.
@@ -147,7 +147,7 @@ pub enum BlindArcHandling {
     None,
 }
 
-/// The estimator.
+/// Parameters of the Kalman filter and of its innovation gate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Estimator {
     /// While holding a speed.
@@ -168,7 +168,7 @@ pub struct Estimator {
     pub initial_speed: f32,
     /// Initial standard deviation of the drag torque, N·m.
     pub initial_drag: f32,
-    /// Of two sensors, one that contradicts the other for so long, s, has failed.
+    /// Time after which a sensor that contradicts the other has failed, s.
     pub sensor_persistence: f32,
 }
 
@@ -183,7 +183,7 @@ pub struct Acquisition {
     pub least_speed: f32,
     /// Speed aimed at, at least, to find an angle, rad/s.
     pub speed: f32,
-    /// After so long without an angle the bridge drives fully, s.
+    /// Time without an angle after which the bridge drives at full voltage, s.
     pub patience: f32,
 }
 
@@ -206,12 +206,12 @@ pub struct Speed {
     pub speed_gain: f32,
     /// LQR gain on the current, V/A.
     pub current_gain: f32,
-    /// The law.
+    /// Control law.
     pub law: SpeedLaw,
     /// Phase error beyond which the reference is re-anchored, rad.
-    pub anchor: f32,
+    pub phase_reset_error: f32,
     /// Phase error that is kept through a momentary saturation, rad.
-    pub slack: f32,
+    pub saturation_hold: f32,
 }
 
 /// Where position control takes its angle from.
@@ -239,11 +239,11 @@ pub struct Position {
     pub tolerance: f32,
     /// Share of the estimated drag that is fed forward toward the target.
     pub drag_share: f32,
-    /// Angle source.
+    /// Angle that the position controller acts on.
     pub source: AngleSource,
 }
 
-/// The oscillator.
+/// Parameters of the oscillation between two angles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Oscillator {
     /// Share of the full braking torque that the prediction counts on; the rest corrects on the way.
@@ -256,10 +256,10 @@ pub struct Oscillator {
 
 /// A fault trigger: what counts, for how long, and when at the latest the bridge is off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Watch {
+pub struct FaultLimit {
     /// Limit, in the unit of the trigger.
     pub limit: f32,
-    /// The evidence must last so long, s.
+    /// Persistence: time that the evidence must last, s.
     pub persistence: f32,
     /// From the cause to the bridge being off at most, s.
     pub bound: f32,
@@ -269,33 +269,33 @@ pub struct Watch {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Supervisor {
     /// Driven and slower than this, rad/s.
-    pub stall: Watch,
+    pub stall: FaultLimit,
     /// A shaft turns when its reading leaves this far behind within the time that the limit of `stall` takes, rad.
     pub stall_window: f32,
     /// Faster than this, or driven hard and turning the other way, rad/s.
-    pub runaway: Watch,
+    pub runaway: FaultLimit,
     /// No believable reading while the shaft should turn faster than this, rad/s.
-    pub sensor_open: Watch,
+    pub sensor_open: FaultLimit,
     /// Only codes of one end while the shaft should turn faster than this, rad/s.
-    pub sensor_shorted: Watch,
+    pub sensor_shorted: FaultLimit,
     /// The same code within this many counts while the shaft should turn or is driven hard.
-    pub sensor_frozen: Watch,
+    pub sensor_frozen: FaultLimit,
     /// Cell below this, V.
-    pub supply_low: Watch,
+    pub supply_low: FaultLimit,
     /// Cell above this, V: no drive begins.
     pub supply_high: f32,
     /// No sign of life for longer than this, s: the duty fades to zero until `command_old`.
     pub slow_after: f32,
     /// Command older than this, s. Its bound counts from the last command, so it holds the age and the persistence.
-    pub command_old: Watch,
+    pub command_old: FaultLimit,
     /// Samples further apart than this, or whose time stands still, goes backwards or leaps, s.
-    pub clock: Watch,
+    pub clock: FaultLimit,
     /// Control periods missed for longer than this in all, s, less `starved_share` of the time.
-    pub loop_starved: Watch,
+    pub loop_starved: FaultLimit,
     /// Share of the control periods that may be missed for ever.
     pub starved_share: f32,
     /// The winding holds more heat than this, as a multiple of what the continuous current keeps in it.
-    pub overheated: Watch,
+    pub overheated: FaultLimit,
     /// |duty| from which on the shaft counts as driven hard.
     pub driven_duty: f32,
     /// Current through a motor at rest from which on the shaft counts as driven, A.

@@ -54,11 +54,11 @@ pub struct Entry {
 /// Which change of a number weakens a failsafe: lets a fault last longer, or go unseen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weaker {
-    /// None does.
+    /// No value weakens the failsafe.
     Never,
-    /// A greater one.
+    /// A value above the factory's weakens the failsafe.
     Above,
-    /// A smaller one.
+    /// A value below the factory's weakens the failsafe.
     Below,
 }
 
@@ -69,9 +69,9 @@ pub enum SetError {
     NoSuchParameter,
     /// A count must be a whole number.
     NotWhole {
-        /// The parameter.
+        /// Dotted name of the parameter.
         name: &'static str,
-        /// What was given.
+        /// Value that was refused.
         value: f32,
     },
     /// Out of its range, or it contradicts another parameter, which may be the one that is named.

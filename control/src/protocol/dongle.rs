@@ -23,20 +23,20 @@ pub enum ToDongle {
     Send {
         /// Chosen by the host.
         number: u16,
-        /// To whom.
+        /// Destination address; `ff:ff:ff:ff:ff:ff` is broadcast.
         to: Address,
-        /// What.
+        /// ESP-NOW payload, at most 250 bytes.
         payload: Payload,
     },
-    /// Tell the counters.
+    /// Requests the counters: answered with `Counted`.
     Count,
     /// The primary master key, which protects the others on the chip: the same on both sides. Forgets everybody.
     Primary(RadioKey),
     /// From now on messages to and from an address are encrypted with its local master key.
     Meet {
-        /// Who.
+        /// Address of the robot.
         address: Address,
-        /// Its key.
+        /// Local master key (LMK) of the link to that robot.
         local: RadioKey,
     },
 }
@@ -55,7 +55,7 @@ impl core::fmt::Debug for ToDongle {
     }
 }
 
-/// To the host.
+/// Message from the dongle to the host.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap, and few messages exist at a time")]
 pub enum FromDongle {
@@ -63,29 +63,29 @@ pub enum FromDongle {
     Hello {
         /// [`super::VERSION`] of the dongle.
         version: u32,
-        /// Its own address.
+        /// Address of the dongle.
         address: Address,
-        /// Radio channel.
+        /// Wi-Fi channel, 1 … 13.
         channel: u8,
     },
     /// A radio message came in.
     Received {
-        /// From whom.
+        /// Source address. It is not authenticated.
         from: Address,
         /// Strength of the signal, dBm.
         rssi: i8,
-        /// What.
+        /// ESP-NOW payload, at most 250 bytes.
         payload: Payload,
     },
     /// What became of a message.
     Sent {
-        /// The host's number.
+        /// Number that the host gave the frame in `Send`.
         number: u16,
         /// The other radio acknowledged it. That says nothing about the program behind it. False, too, when the dongle
         /// never sent it: see [`Counters::send_dropped`].
         acknowledged: bool,
     },
-    /// To `Count`.
+    /// Answer to `Count`.
     Counted(Counters),
 }
 

@@ -1,6 +1,6 @@
 //! A host with a simulated plant and a chip with the controller, in lockstep over a serial line.
 //!
-//! The host sends a [`Request`] and waits for the [`Reply`] of the same number. Without one it asks again: the chip
+//! The host sends a [`QuestionFrame`] and waits for the [`AnswerFrame`] of the same number. Without one it asks again: the chip
 //! answers a number that it has already served with the same reply and does nothing twice, so that lost and corrupt
 //! bytes change no decision.
 
@@ -11,14 +11,14 @@ use crate::{Actuation, Command, Controller, Parameters, Refusal, Sample, Telemet
 
 /// What the host asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Request {
+pub struct QuestionFrame {
     /// One more than the last, from 0 after [`Question::Hello`].
     pub number: u32,
-    /// What is asked.
+    /// The question itself.
     pub question: Question,
 }
 
-/// The questions.
+/// What a host can ask of the controller on a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put the parameters on, and one at a time exists")]
 pub enum Question {
@@ -28,14 +28,14 @@ pub enum Question {
     Start(Parameters),
     /// Give it a command at a time, µs.
     Command(Command, u64),
-    /// One tick.
+    /// Runs one control period on this sample.
     Tick(Sample),
 }
 
 /// What the chip answers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Reply {
-    /// The request's.
+pub struct AnswerFrame {
+    /// Number of the question that this answers.
     pub number: u32,
     /// Frames that the chip could not read since it started.
     pub bad_frames: u32,
@@ -63,7 +63,7 @@ pub enum Answer {
 pub struct Hello {
     /// [`super::VERSION`] of the chip.
     pub version: u32,
-    /// What it is.
+    /// Processor that runs the controller.
     pub target: Target,
     /// RAM that a controller takes, bytes.
     pub controller_bytes: u32,
@@ -108,30 +108,30 @@ pub struct Cost {
 
 /// What the chip measures around a tick.
 pub trait Meter {
-    /// What it is.
+    /// Processor that runs the controller.
     const TARGET: Target;
     /// Runs `tick`; its result and what it took.
     fn measure<R>(&mut self, tick: impl FnOnce() -> R) -> (R, Cost);
 }
 
-/// The chip's end.
+/// Chip's end of the lockstep: answers every question once.
 pub struct Server<M> {
     meter: M,
     controller: Option<Controller>,
     count: u32,
     /// Deepest stack since the start, bytes.
     stack: u32,
-    last: Option<Reply>,
+    last: Option<AnswerFrame>,
 }
 
 impl<M: Meter> Server<M> {
-    /// No controller yet.
+    /// Creates a server without a controller: `Start` makes it.
     pub fn new(meter: M) -> Self {
         Self { meter, controller: None, count: 0, stack: 0, last: None }
     }
 
     /// Serves a request; `bad_frames` of the deframer goes into the reply.
-    pub fn serve(&mut self, request: &Request, bad_frames: u32) -> Reply {
+    pub fn serve(&mut self, request: &QuestionFrame, bad_frames: u32) -> AnswerFrame {
         if let Some(last) = &mut self.last
             && last.number == request.number
             && request.question != Question::Hello
@@ -143,11 +143,11 @@ impl<M: Meter> Server<M> {
         let answer = match request.question {
             Question::Hello => Answer::Hello(self.hello()),
             _ if expected != Some(request.number) => {
-                return Reply { number: request.number, bad_frames, answer: Answer::OutOfOrder };
+                return AnswerFrame { number: request.number, bad_frames, answer: Answer::OutOfOrder };
             }
             question => self.answer(question),
         };
-        let reply = Reply { number: request.number, bad_frames, answer };
+        let reply = AnswerFrame { number: request.number, bad_frames, answer };
         self.last = Some(reply);
         reply
     }

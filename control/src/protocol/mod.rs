@@ -18,14 +18,14 @@ pub mod secure;
 /// differ in it do not talk.
 pub const VERSION: u32 = {
     let mut hash = crate::parameters::table::fingerprint() ^ secure::LAYOUT;
-    hash = mixed::<radio::ToRobot>(hash);
-    hash = mixed::<radio::Telling>(hash);
+    hash = mixed::<radio::Downlink>(hash);
+    hash = mixed::<radio::Uplink>(hash);
     hash = mixed::<dongle::ToDongle>(hash);
     hash = mixed::<dongle::FromDongle>(hash);
-    hash = mixed::<pairing::ToRobot>(hash);
-    hash = mixed::<pairing::FromRobot>(hash);
-    hash = mixed::<lockstep::Request>(hash);
-    mixed::<lockstep::Reply>(hash)
+    hash = mixed::<pairing::PairingRequest>(hash);
+    hash = mixed::<pairing::PairingReply>(hash);
+    hash = mixed::<lockstep::QuestionFrame>(hash);
+    mixed::<lockstep::AnswerFrame>(hash)
 };
 
 /// Goes on from `hash` with a type's schema.

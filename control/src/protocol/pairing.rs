@@ -28,9 +28,9 @@ impl core::fmt::Debug for Pairing {
     }
 }
 
-/// To the robot.
+/// Request to a robot over its USB cable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub enum ToRobot {
+pub enum PairingRequest {
     /// Who is there?
     Hello,
     /// Obey this console, from the next boot on, and boot.
@@ -39,18 +39,18 @@ pub enum ToRobot {
     Forget,
 }
 
-/// From the robot.
+/// Reply of a robot over its USB cable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub enum FromRobot {
+pub enum PairingReply {
     /// To `Hello`. The layout up to `version` stays for ever.
     Hello {
         /// [`super::VERSION`] of the robot.
         version: u32,
-        /// Its radio address.
+        /// ESP-NOW (MAC) address.
         address: Address,
         /// Its name, from its robot file.
         name: String<NAME>,
-        /// Whom it obeys.
+        /// Address of the paired console; `None` before pairing.
         console: Option<Address>,
     },
     /// Kept; the robot boots now.

@@ -1,4 +1,4 @@
-//! What the console and the robot say to each other over ESP-NOW: [`ToRobot`] and [`Telling`]. Both travel in the frames of
+//! What the console and the robot say to each other over ESP-NOW: [`Downlink`] and [`Uplink`]. Both travel in the frames of
 //! [`super::secure`], which say who may speak, to whom, in which version, and how many frames are missing in between.
 
 use core::f32::consts::PI;
@@ -11,55 +11,55 @@ use crate::{AdcCode, Command, Fault, Refusal, Sensor, State, Telemetry};
 
 /// Longest ESP-NOW payload (version 1), bytes.
 pub const LONGEST: usize = 250;
-/// A batch's time comes round where [`Telling::uptime_ms`] does, after seven weeks: six bytes on the air.
+/// A batch's time comes round where [`Uplink::uptime_ms`] does, after seven weeks: six bytes on the air.
 pub const ROUND_US: u64 = (1 << 32) * 1000;
-/// Samples further apart than this, µs, are not in one telemetry message: below it [`Row::after_us`] takes two bytes on the air.
+/// Samples further apart than this, µs, are not in one telemetry message: below it [`PackedTick::after_us`] takes two bytes on the air.
 pub const FURTHEST_US: u16 = (1 << 14) - 1;
 /// Ticks in a telemetry message: 100 messages a second at 1 kHz.
 pub const BATCH: usize = 10;
 /// Longest name of a robot, bytes.
 pub const NAME: usize = 32;
 
-/// From the console, in an order of [`super::secure`]. Without a heartbeat or a command the robot slows down after
+/// Message of the console to a robot, in a frame of [`super::secure`]. Without a heartbeat or a command the robot slows down after
 /// `controller.supervisor.link_slow_s`, and cuts the bridge after `command_age_s`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub enum ToRobot {
+pub enum Downlink {
     /// The console lives and hears the robot.
     Heartbeat {
-        /// [`Telling::uptime_ms`] of the latest telling that it has heard: on the robot's own clock, so that a heartbeat that
+        /// [`Uplink::uptime_ms`] of the latest uplink that it has heard: on the robot's own clock, so that a heartbeat that
         /// somebody held back is as old as it is.
         /// `None` before it has heard anything: then it keeps nothing going.
         heard_ms: Option<u32>,
     },
     /// Bridge off, now. Repeated until telemetry says so; not answered.
     Stop,
-    /// Something that is answered.
-    Do(Do),
+    /// A request: repeated until it is answered.
+    Request(RequestFrame),
 }
 
-/// Something to do once. It is repeated, with the same number, until an [`Answer`] of that number comes.
+/// A request, to be executed once. The console repeats it with the same number until an [`Answer`] of that number arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Do {
+pub struct RequestFrame {
     /// Another one than before; begins anywhere in a session and comes round.
     pub number: u16,
-    /// On the robot's clock ([`Telling::uptime_ms`]): later it is not done any more.
+    /// On the robot's clock ([`Uplink::uptime_ms`]): later it is not done any more.
     pub deadline_ms: u32,
-    /// What.
-    pub what: What,
+    /// What is asked for.
+    pub request: Request,
 }
 
-/// What can be done.
+/// What a console can request of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub enum What {
-    /// Take a command.
+pub enum Request {
+    /// Gives the controller a command.
     Command(Command),
     /// Tell a parameter, by its index in [`crate::parameters::table::TABLE`].
     Get(u16),
     /// Change a parameter until the next boot.
     Set {
-        /// Which.
+        /// Index in [`crate::parameters::table::TABLE`].
         index: u16,
-        /// To what, in the table's unit.
+        /// New value, in the table's unit.
         value: f32,
     },
     /// Keep the parameters as they are over the next boot. Only with the bridge off.
@@ -74,7 +74,7 @@ pub enum What {
 /// answer is heard first, and a later request replaces it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Injection {
-    /// What.
+    /// Fault to inject.
     pub fault: InjectedFault,
     /// How long it lasts, ms. A crash ends with the reset.
     pub for_ms: u16,
@@ -93,32 +93,32 @@ pub enum InjectedFault {
     None,
     /// The program crashes.
     Crash {
-        /// How.
+        /// Kind of crash.
         how: Crash,
-        /// Where.
+        /// Task in which the program crashes.
         place: CrashPlace,
     },
     /// The control loop hangs in a conversion.
     HangLoop,
-    /// The control loop hangs again and again.
+    /// The control loop hangs repeatedly.
     StarveLoop {
-        /// How long each time, ms.
+        /// Length of each hang, ms.
         hang_ms: u16,
-        /// Ticks in between.
+        /// Undisturbed ticks between two hangs.
         run_ticks: u16,
     },
     /// The wiper's conversions repeat the first code.
     ConverterStuck,
     /// Every conversion of the wiper takes longer.
     ConverterSlow {
-        /// By so much, µs.
+        /// Additional time per conversion, µs.
         by_us: u16,
     },
     /// The wiper's conversions are right for some ticks and zero for others, in turn.
     ConverterIntermittent {
-        /// Right ones.
+        /// Ticks with correct codes.
         good_ticks: u16,
-        /// Zero.
+        /// Ticks with code 0.
         bad_ticks: u16,
     },
     /// Nothing is sent, and the radio says that it failed.
@@ -149,7 +149,7 @@ pub enum CrashPlace {
     Loop,
 }
 
-/// What became of a [`Do`].
+/// Result of a [`RequestFrame`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Answer {
     /// Done; after `Get` and `Set` with the parameter.
@@ -160,7 +160,7 @@ pub enum Answer {
     TooLate,
 }
 
-/// A parameter, in the unit of [`crate::parameters::table::TABLE`].
+/// Value of a parameter, in the unit of [`crate::parameters::table::TABLE`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Value {
     /// What the robot runs on.
@@ -169,40 +169,40 @@ pub struct Value {
     pub factory: f32,
 }
 
-/// From the robot, in a telling of [`super::secure`].
+/// Message of a robot to its console, in a frame of [`super::secure`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Telling {
+pub struct Uplink {
     /// Since boot, ms, when it was sealed; comes round after seven weeks.
     pub uptime_ms: u32,
-    /// The last order that counted.
+    /// The last downlink that counted.
     pub echo: Echo,
-    /// What.
-    pub message: FromRobot,
+    /// The message itself.
+    pub report: Report,
 }
 
-/// Lets the console measure how long the way there and back takes.
+/// Echo of the last downlink: lets the console measure the round trip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Echo {
-    /// Counter of the order.
+    /// Counter of the downlink.
     pub counter: u32,
     /// How long ago it came, ms.
     pub age_ms: u16,
 }
 
-/// What a robot tells.
+/// What a robot reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub enum FromRobot {
-    /// What became of a [`Do`], each time that it came.
+pub enum Report {
+    /// Result of a [`RequestFrame`], sent each time that the frame arrives.
     Answer {
-        /// Its number.
+        /// Number of the request frame.
         number: u16,
         /// Number of the control period in which it was done or refused, as in [`Batch::first_tick`]: from that period's
         /// decision on it counts.
         tick: u32,
-        /// The answer.
+        /// Result of the request.
         answer: Answer,
     },
-    /// Some ticks.
+    /// Telemetry of up to [`BATCH`] control periods.
     Telemetry(Batch),
     /// At the beginning of a session, and then once a second.
     Status(Status),
@@ -218,7 +218,7 @@ pub struct Batch {
     pub time_us: u64,
     /// State in all of them.
     pub state: State,
-    /// Cause, in `State::Fault`.
+    /// Cause of the fault; `None` outside `State::Fault`.
     pub fault: Option<Fault>,
     /// An angle has been acquired.
     pub tracking: bool,
@@ -226,8 +226,8 @@ pub struct Batch {
     pub failed_sensor: Option<Sensor>,
     /// Cell at the last of them, mV; 0 where it is not measured.
     pub battery_mv: u16,
-    /// The ticks.
-    pub rows: Vec<Row, BATCH>,
+    /// Telemetry per control period, oldest first.
+    pub rows: Vec<PackedTick, BATCH>,
 }
 
 impl Batch {
@@ -240,9 +240,9 @@ impl Batch {
     }
 }
 
-/// One tick.
+/// Telemetry of one control period, quantised for the air.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct Row {
+pub struct PackedTick {
     /// From the sample of the row before to this one's, µs; 0 in the first row of a batch.
     pub after_us: u16,
     /// Code of the wiper.
@@ -261,7 +261,7 @@ const DUTY_STEPS: f32 = 32767.0;
 const ANGLE_STEPS: f32 = 32767.0 / PI;
 const SPEED_STEPS: f32 = 256.0;
 
-impl Row {
+impl PackedTick {
     /// What a tick read and what the controller said about it.
     #[must_use]
     pub fn new(code: AdcCode, telemetry: &Telemetry) -> Self {
@@ -307,13 +307,13 @@ impl Row {
     }
 }
 
-/// To the nearest; the ends where it does not fit, 0 for no number.
+/// Rounded to the nearest integer; saturates, and is 0 for NaN.
 #[expect(clippy::cast_possible_truncation, reason = "saturates, as documented")]
 fn rounded(value: f32) -> i16 {
     (value + 0.5_f32.copysign(value)) as i16
 }
 
-/// The robot's health.
+/// Health of the robot: name, cause of the boot, counters.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Status {
     /// The robot's, from its robot file.
@@ -322,7 +322,7 @@ pub struct Status {
     pub reset: Reset,
     /// Where the parameters came from.
     pub parameters: Source,
-    /// The image was built to make faults on request ([`What::Inject`]): for bring-up, not for use.
+    /// The image was built to make faults on request ([`Request::Inject`]): for bring-up, not for use.
     pub injectable: bool,
     /// The loop and the link.
     pub counters: Counters,
@@ -346,7 +346,7 @@ pub enum Reset {
     Watchdog,
     /// The supply fell too low.
     BrownOut,
-    /// Anything else.
+    /// A cause that the chip does not name.
     Other,
 }
 
@@ -356,7 +356,7 @@ pub enum Source {
     /// Built in: there are none in flash.
     #[default]
     Factory,
-    /// From flash.
+    /// Read from flash.
     Stored,
     /// Built in: those in flash were stored by another firmware, or one that was built from another robot file.
     FactoryOtherVersion,
@@ -367,38 +367,38 @@ pub enum Source {
 /// Everything that is counted, since boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Counters {
-    /// Ticks done.
+    /// Control periods with a tick.
     pub ticks: u32,
     /// Control periods without a tick of their own: none began within half a period of the time due, or the one before
     /// took too long. Missed ticks are not made up for.
     pub missed_deadlines: u32,
     /// Longest time from a tick's beginning to the next one's since the last status, µs.
     pub longest_period_us: u32,
-    /// The shortest, µs.
+    /// Shortest time from a tick's beginning to the next one's since the last status, µs.
     pub shortest_period_us: u32,
     /// Longest execution of a tick since the last status, µs: conversions, decision, bridge, telemetry.
     pub longest_tick_us: u32,
     /// Conversions far from the median of their tick.
     pub adc_outliers: u32,
-    /// Orders that counted.
+    /// Downlinks that were accepted.
     pub received: u32,
     /// Frames with a right tag, ignored because one at least as new was there before: late, repeated by the radio, or
     /// replayed by somebody.
     pub outdated: u32,
     /// Frames with a wrong tag: forged, damaged, of another robot's console, of a session that is over.
     pub forged: u32,
-    /// Received, but nothing for this robot: rubbish, what another robot says, or an order to all that is for another one.
+    /// Received, but nothing for this robot: rubbish, what another robot says, or a downlink to all that is for another one.
     pub misunderstood: u32,
     /// Received from a sender of another version.
     pub other_version: u32,
     /// Calls of the console that were answered; a replayed one is, too, and leads to nothing.
     pub calls: u32,
-    /// Orders missing between those that counted.
+    /// Downlinks missing between those that counted.
     pub lost: u32,
-    /// Orders that came after their deadline, and heartbeats that were held back, or came before the console had heard
+    /// Downlinks that came after their deadline, and heartbeats that were held back, or came before the console had heard
     /// anything.
     pub too_late: u32,
-    /// Orders dropped because the control loop's queue was full: the oldest go first.
+    /// Downlinks dropped because the control loop's queue was full: the oldest go first.
     pub commands_dropped: u32,
     /// Answers dropped because the radio did not keep up.
     pub answers_dropped: u32,
@@ -426,7 +426,7 @@ mod tests {
 
     #[test]
     fn the_longest_messages_fit() {
-        let row = Row {
+        let row = PackedTick {
             after_us: FURTHEST_US,
             code: u16::MAX,
             second: Some(u16::MAX),
@@ -474,10 +474,10 @@ mod tests {
         let status =
             Status { name, reset: Reset::Other, parameters: Source::FactoryDamaged, injectable: true, counters };
         let echo = Echo { counter: most, age_ms: u16::MAX };
-        for message in [FromRobot::Telemetry(batch), FromRobot::Status(status)] {
-            let telling = Telling { uptime_ms: most, echo, message };
+        for message in [Report::Telemetry(batch), Report::Status(status)] {
+            let uplink = Uplink { uptime_ms: most, echo, report: message };
             let mut buffer = [0; LONGEST];
-            let (frame, _) = Sealer::robot(Key([1; 32])).seal(&telling, &mut buffer).expect("it fits");
+            let (frame, _) = Sealer::robot(Key([1; 32])).seal(&uplink, &mut buffer).expect("it fits");
             std::println!("{} bytes on the air", frame.len());
         }
     }
@@ -486,18 +486,21 @@ mod tests {
     fn a_row_says_what_the_controller_said_to_half_a_step() {
         for (duty, angle, speed) in [(0.3, -3.1, 44.0), (-1.0, PI, -127.9), (0.0, 0.0, 0.0)] {
             let actuation = Actuation { duty, enable: true };
-            let row = Row::new(AdcCode(5), &Telemetry { angle, speed, actuation, ..Telemetry::default() });
+            let row = PackedTick::new(AdcCode(5), &Telemetry { angle, speed, actuation, ..Telemetry::default() });
             assert!((row.duty().expect("on") - duty).abs() <= 0.5001 / DUTY_STEPS);
             assert!((row.angle() - angle).abs() <= 0.5001 / ANGLE_STEPS);
             assert!((row.speed() - speed).abs() <= 0.5001 / SPEED_STEPS);
         }
         let lost = Telemetry { angle: f32::NAN, speed: f32::INFINITY, ..Telemetry::default() };
-        assert_eq!(Row::new(AdcCode(5), &lost), Row { code: 5, speed: i16::MAX, ..Row::default() });
+        assert_eq!(
+            PackedTick::new(AdcCode(5), &lost),
+            PackedTick { code: 5, speed: i16::MAX, ..PackedTick::default() }
+        );
     }
 
     #[test]
     fn a_batch_says_when_each_sample_was_taken() {
-        let rows = [0, 1003, 998].map(|after_us| Row::default().after(after_us));
+        let rows = [0, 1003, 998].map(|after_us| PackedTick::default().after(after_us));
         let batch = Batch {
             first_tick: 7,
             time_us: 5_000_000_000,

@@ -4,24 +4,24 @@
 //! version u32 | kind u8 | body | tag 16 bytes            little endian, at most 250 bytes
 //!               Hello     console nonce                   under the pairing key
 //!               Welcome   console nonce, robot nonce      under the pairing key
-//!               Order     counter u32, console nonce,     under the session key
+//!               Downlink     counter u32, console nonce,     under the session key
 //!                         postcard
-//!               ToAll     as an Order                     under the session key of the robot that is meant
-//!               Telling   counter u32, postcard           under the session key
+//!               ToAll     as an Downlink                     under the session key of the robot that is meant
+//!               Uplink   counter u32, postcard           under the session key
 //!               Notice    (nothing, and no tag)
 //! ```
 //!
 //! A tag is HMAC-SHA-256 (RFC 2104, FIPS 180-4) of everything before it, cut to its first 16 bytes. The session key is
 //! HMAC-SHA-256 of both nonces under the pairing key: a frame of another session, of another robot, or of the other
 //! direction has a wrong tag. Within a session the counter only grows, so that a frame counts once. A robot changes to a new
-//! session with the first order under it and not with the `Hello`, which somebody may have recorded: a replayed `Hello`
+//! session with the first downlink under it and not with the `Hello`, which somebody may have recorded: a replayed `Hello`
 //! ends nothing.
 //!
 //! A replayed `Hello` begins nothing either, and keeps nobody from beginning: what a robot remembers between a `Hello` and
-//! the first order is its own nonce alone, the same in its answer to whoever calls, until a session begins with it. The
-//! console's nonce comes back with the order, as the cookie of DTLS does (RFC 9147, 5.1).
+//! the first downlink is its own nonce alone, the same in its answer to whoever calls, until a session begins with it. The
+//! console's nonce comes back with the downlink, as the cookie of DTLS does (RFC 9147, 5.1).
 //!
-//! An order to all is heard by the other robots of the console, too. To them its tag is wrong, and its nonce is not their
+//! A downlink to all is heard by the other robots of the console, too. To them its tag is wrong, and its nonce is not their
 //! session's: they take it as meant for another one and not as forged.
 //!
 //! The layout up to `kind` stays for ever. It is how ends of different versions find that out; the notice says so to a
@@ -41,7 +41,7 @@ pub const LAYOUT: u32 = 2;
 pub const TAG: usize = 16;
 /// Bytes before a body: version and kind.
 pub const HEAD: usize = 5;
-/// Longest postcard message in a telling, bytes; in an order it is 8 bytes shorter.
+/// Longest postcard message in an uplink, bytes; in a downlink it is 8 bytes shorter.
 pub const LONGEST_BODY: usize = LONGEST - HEAD - COUNTER - TAG;
 
 const COUNTER: usize = 4;
@@ -78,25 +78,25 @@ pub enum Kind {
     Hello,
     /// From a robot: begun.
     Welcome,
-    /// From a console.
-    Order,
+    /// Downlink of a console to one robot.
+    Downlink,
     /// From a console to one robot, sent to everybody: it takes less time, but is not repeated by the radio.
     ToAll,
-    /// From a robot.
-    Telling,
+    /// Uplink of a robot to its console.
+    Uplink,
     /// From a robot to a console of another version. The only frame without a tag.
     Notice,
 }
 
 impl Kind {
-    const ALL: [Self; 6] = [Self::Hello, Self::Welcome, Self::Order, Self::Telling, Self::Notice, Self::ToAll];
+    const ALL: [Self; 6] = [Self::Hello, Self::Welcome, Self::Downlink, Self::Uplink, Self::Notice, Self::ToAll];
 
     fn code(self) -> u8 {
         match self {
             Self::Hello => 1,
             Self::Welcome => 2,
-            Self::Order => 3,
-            Self::Telling => 4,
+            Self::Downlink => 3,
+            Self::Uplink => 4,
             Self::Notice => 5,
             Self::ToAll => 6,
         }
@@ -108,7 +108,7 @@ impl Kind {
 pub enum Rejected {
     /// Of another version of the protocol.
     OtherVersion(u32),
-    /// No frame of ours, or one that goes the other way, or an order to all that is meant for another robot.
+    /// No frame of ours, or one that goes the other way, or a downlink to all that is meant for another robot.
     Misdirected,
     /// The tag is wrong: forged, damaged, another robot's, of a session that is over or that never was.
     Forged,
@@ -187,7 +187,7 @@ fn session_key(pairing: &Key, console: Nonce, robot: Nonce) -> Key {
 #[derive(Debug)]
 pub struct Sealer {
     key: Key,
-    /// A console's nonce, which its orders carry; a robot's tellings carry none.
+    /// A console's nonce, which its downlinks carry; a robot's uplinks carry none.
     call: Option<Nonce>,
     next: u32,
 }
@@ -212,11 +212,11 @@ impl Sealer {
         body: &B,
         buffer: &'b mut [u8; LONGEST],
     ) -> Result<(&'b [u8], u32), Unsealed> {
-        let kind = if self.call.is_some() { Kind::Order } else { Kind::Telling };
+        let kind = if self.call.is_some() { Kind::Downlink } else { Kind::Uplink };
         self.seal_as(kind, body, buffer)
     }
 
-    /// The same for an order that is sent to everybody; only the robot of this session obeys it. A robot's is what
+    /// The same for a downlink that is sent to everybody; only the robot of this session obeys it. A robot's is what
     /// [`Sealer::seal`] makes: it tells nothing to all.
     ///
     /// # Errors
@@ -226,7 +226,7 @@ impl Sealer {
         body: &B,
         buffer: &'b mut [u8; LONGEST],
     ) -> Result<(&'b [u8], u32), Unsealed> {
-        let kind = if self.call.is_some() { Kind::ToAll } else { Kind::Telling };
+        let kind = if self.call.is_some() { Kind::ToAll } else { Kind::Uplink };
         self.seal_as(kind, body, buffer)
     }
 
@@ -257,9 +257,9 @@ impl Sealer {
 /// A message that came through, and how many are missing before it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opened<B> {
-    /// The message.
+    /// Decoded message.
     pub body: B,
-    /// Its counter.
+    /// Counter of the frame within its session.
     pub counter: u32,
     /// Frames of this session between the last one that came and this.
     pub missing: u32,
@@ -269,15 +269,15 @@ pub struct Opened<B> {
 #[derive(Debug)]
 pub struct Opener {
     key: Key,
-    /// It reads a console's orders; otherwise a robot's tellings.
-    orders: bool,
+    /// It reads a console's downlinks; otherwise a robot's uplinks.
+    downlinks: bool,
     /// The counter that is new enough.
     expected: u32,
 }
 
 impl Opener {
-    fn new(key: Key, orders: bool) -> Self {
-        Self { key, orders, expected: 0 }
+    fn new(key: Key, downlinks: bool) -> Self {
+        Self { key, downlinks, expected: 0 }
     }
 
     /// The message of a frame.
@@ -285,19 +285,19 @@ impl Opener {
     /// # Errors
     /// See [`Rejected`]; nothing has changed then.
     pub fn open<B: DeserializeOwned>(&mut self, frame: &[u8]) -> Result<Opened<B>, Rejected> {
-        let is_order = match kind(frame)? {
-            Kind::Order | Kind::ToAll => true,
-            Kind::Telling => false,
+        let is_downlink = match kind(frame)? {
+            Kind::Downlink | Kind::ToAll => true,
+            Kind::Uplink => false,
             Kind::Hello | Kind::Welcome | Kind::Notice => return Err(Rejected::Misdirected),
         };
-        if is_order != self.orders {
+        if is_downlink != self.downlinks {
             return Err(Rejected::Misdirected);
         }
         let signed = verified(&self.key, frame)?;
         let body = signed.get(HEAD..).ok_or(Rejected::Forged)?;
         let (counter, body) = body.split_first_chunk::<COUNTER>().ok_or(Rejected::Unreadable)?;
-        // The nonce in an order is this session's: its key is made of it.
-        let body = body.get(if is_order { NONCE } else { 0 }..).ok_or(Rejected::Unreadable)?;
+        // The nonce in a downlink is this session's: its key is made of it.
+        let body = body.get(if is_downlink { NONCE } else { 0 }..).ok_or(Rejected::Unreadable)?;
         let counter = u32::from_le_bytes(*counter);
         let missing = counter.checked_sub(self.expected).ok_or(Rejected::Outdated)?;
         // Once more than the last: a sealer never gets there.
@@ -366,23 +366,23 @@ fn signed<const LENGTH: usize>(key: &Key, kind: Kind, nonces: &[u8]) -> [u8; LEN
     frame
 }
 
-/// What a robot hears.
+/// Frame that a robot has accepted.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard<B> {
+pub enum Accepted<B> {
     /// The paired console calls: this is the answer.
     Hello([u8; WELCOME]),
-    /// It orders something. `began` is the key of a session that begins with this order, for [`Sealer::robot`].
-    Order {
-        /// What.
-        order: Opened<B>,
+    /// A downlink. `began` is the key of a session that begins with it, for [`Sealer::robot`].
+    Downlink {
+        /// The message with its counter.
+        downlink: Opened<B>,
         /// A new session's key.
         began: Option<Key>,
     },
 }
 
-/// A robot's ear for its one console.
+/// Robot's end of the session with its one console: verifies frames and rejects replays.
 #[derive(Debug)]
-pub struct Ear {
+pub struct SessionReceiver {
     key: Key,
     /// The call that began it, and its frames.
     session: Option<(Nonce, Opener)>,
@@ -391,7 +391,7 @@ pub struct Ear {
     offered: Option<Nonce>,
 }
 
-impl Ear {
+impl SessionReceiver {
     /// For the pairing key.
     #[must_use]
     pub fn new(key: Key) -> Self {
@@ -403,15 +403,15 @@ impl Ear {
     /// # Errors
     /// See [`Rejected`]; nothing has changed then, but that a frame of the present session which is
     /// [`Rejected::Unreadable`] is not taken again.
-    pub fn hear<B: DeserializeOwned>(
+    pub fn accept<B: DeserializeOwned>(
         &mut self,
         frame: &[u8],
         fresh: impl FnOnce() -> Nonce,
-    ) -> Result<Heard<B>, Rejected> {
+    ) -> Result<Accepted<B>, Rejected> {
         match kind(frame)? {
-            Kind::Hello => self.offer(frame, fresh).map(Heard::Hello),
-            Kind::Order | Kind::ToAll => self.order(frame),
-            Kind::Welcome | Kind::Telling | Kind::Notice => Err(Rejected::Misdirected),
+            Kind::Hello => self.offer(frame, fresh).map(Accepted::Hello),
+            Kind::Downlink | Kind::ToAll => self.downlink(frame),
+            Kind::Welcome | Kind::Uplink | Kind::Notice => Err(Rejected::Misdirected),
         }
     }
 
@@ -426,7 +426,7 @@ impl Ear {
         Ok(signed(&self.key, Kind::Welcome, &nonces))
     }
 
-    fn order<B: DeserializeOwned>(&mut self, frame: &[u8]) -> Result<Heard<B>, Rejected> {
+    fn downlink<B: DeserializeOwned>(&mut self, frame: &[u8]) -> Result<Accepted<B>, Rejected> {
         let call = called(frame).ok_or(Rejected::Forged)?;
         let mut wrong = if kind(frame)? == Kind::ToAll { Rejected::Misdirected } else { Rejected::Forged };
         if let Some((of, session)) = &mut self.session
@@ -435,20 +435,20 @@ impl Ear {
             match session.open(frame) {
                 // The same call may begin another session, with another nonce of the robot.
                 Err(Rejected::Forged) => wrong = Rejected::Forged,
-                done => return done.map(|order| Heard::Order { order, began: None }),
+                done => return done.map(|downlink| Accepted::Downlink { downlink, began: None }),
             }
         }
         let robot = self.offered.ok_or(wrong)?;
         let key = session_key(&self.key, call, robot);
         let mut opener = Opener::new(key.clone(), true);
-        let order = opener.open(frame).map_err(|why| if why == Rejected::Forged { wrong } else { why })?;
+        let downlink = opener.open(frame).map_err(|why| if why == Rejected::Forged { wrong } else { why })?;
         self.session = Some((call, opener));
         self.offered = None;
-        Ok(Heard::Order { order, began: Some(key) })
+        Ok(Accepted::Downlink { downlink, began: Some(key) })
     }
 }
 
-/// The console's nonce in an order, whoever made it.
+/// The console's nonce in a downlink, whoever made it.
 fn called(frame: &[u8]) -> Option<Nonce> {
     let nonce = frame.get(HEAD + COUNTER..)?.first_chunk::<NONCE>()?;
     Some(Nonce(*nonce))

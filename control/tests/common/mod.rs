@@ -9,7 +9,7 @@ use control::{Actuation, AdcCode, Command, Controller, Sample};
 
 /// A 26:1 gearmotor behind a bridge with drop, at 1 kHz.
 pub fn parameters() -> Parameters {
-    let watch = |limit, persistence, bound| Watch { limit, persistence, bound };
+    let watch = |limit, persistence, bound| FaultLimit { limit, persistence, bound };
     let mut knots = [Knot { code: 4095.0, angle: 6.0214 }; KNOTS];
     knots[0] = Knot { code: 0.0, angle: 0.2618 };
     let (r, k, j, b) = (15.89f32, 0.0209f32, 1.5e-6f32, 1.12e-6f32);
@@ -82,8 +82,8 @@ pub fn parameters() -> Parameters {
             speed_gain: 0.13,
             current_gain: 0.1,
             law: SpeedLaw::Refined,
-            anchor: 1.0,
-            slack: 0.5,
+            phase_reset_error: 1.0,
+            saturation_hold: 0.5,
         },
         position: Position {
             proportional: 12.0,

@@ -8,7 +8,7 @@ mod machine;
 mod meter;
 
 use control::protocol::frame::{Deframer, LONGEST, encode};
-use control::protocol::lockstep::{Request, Server};
+use control::protocol::lockstep::{QuestionFrame, Server};
 
 use crate::meter::Instructions;
 
@@ -32,7 +32,7 @@ fn main() -> ! {
         }
         for byte in received.iter().take(count) {
             // The deframer counts what is no request; the host hears of it in the next reply.
-            if let Some(Ok(request)) = deframer.push::<Request>(*byte)
+            if let Some(Ok(request)) = deframer.push::<QuestionFrame>(*byte)
                 && let Ok(frame) = encode(&server.serve(&request, deframer.bad()), &mut frame)
             {
                 uart.send_bytes_exact(frame);

@@ -5,7 +5,7 @@
 #![no_main]
 
 use control::protocol::frame::{Deframer, LONGEST, encode};
-use control::protocol::lockstep::{Cost, Meter, Request, Server, Target};
+use control::protocol::lockstep::{Cost, Meter, QuestionFrame, Server, Target};
 use embedded_io::{Read, Write};
 use esp_hal::clock::CpuClock;
 use esp_hal::{Config, main};
@@ -28,7 +28,7 @@ fn main() -> ! {
         // A byte that was garbled on the line is a bad frame, which the host hears of in the next reply.
         let count = Read::read(&mut serial, &mut received).unwrap_or(0);
         for byte in received.iter().take(count) {
-            if let Some(Ok(request)) = deframer.push::<Request>(*byte)
+            if let Some(Ok(request)) = deframer.push::<QuestionFrame>(*byte)
                 && let Ok(frame) = encode(&server.serve(&request, deframer.bad()), &mut frame)
             {
                 // A reply that does not get through is asked for again.

@@ -6,7 +6,7 @@
 use core::ops::Range;
 
 use control::protocol::radio::Reset;
-use control::protocol::secure::Ear;
+use control::protocol::secure::SessionReceiver;
 use control::{Controller, ParameterError};
 use embassy_executor::{SpawnError, Spawner, task};
 use esp_hal::clock::CpuClock;
@@ -22,7 +22,7 @@ use firmware::board::{self, Analog, BridgePins, Robot, SerialReceiver, SerialSen
 use firmware::bridge::PwmBridge;
 use firmware::flash::{Flash, PAIRING, PARAMETERS};
 #[cfg(feature = "inject")]
-use firmware::inject::SelfSaboteur;
+use firmware::inject::ImageFaultInjector;
 use firmware::led::StatusLed;
 use firmware::memory::HEAP_BYTES;
 use firmware::radio::{self, Driver, RadioError, Receiver, Sender};
@@ -68,7 +68,7 @@ async fn start(spawner: Spawner, board: Robot, reset: Reset) -> Result<(), BootE
     esp_rtos::start(TimerGroup::new(board.scheduler.timer).timer0, board.scheduler.interrupt);
     let watchdog = watchdog::arm(board.watchdog);
     #[cfg(feature = "inject")]
-    SelfSaboteur::take_led(&board.led);
+    ImageFaultInjector::take_led(&board.led);
     spawner.spawn(led(StatusLed::new(board.led))?);
 
     let image = IMAGE.init(Image::read(BUILT_IN).map_err(BootError::Image)?);
@@ -94,7 +94,7 @@ async fn start(spawner: Spawner, board: Robot, reset: Reset) -> Result<(), BootE
     };
     let above = LOOP.init(InterruptExecutor::new(board.loop_interrupt)).start(tick::PRIORITY);
     above.spawn(control_loop(board.analog, board.bridge, board.loop_timer, watchdog, controller, image)?);
-    spawner.spawn(keep(flash, partitions, image)?);
+    spawner.spawn(persistence_task(flash, partitions, image)?);
     spawner.spawn(pair(board.serial_receiver, board.serial_sender, identity)?);
     if let Some(Talking { receiver, sender, ear, random, console }) = talking {
         spawner.spawn(receive(receiver, ear, console, random)?);
@@ -115,7 +115,7 @@ fn partition(flash: &mut Flash, label: &str) -> Range<u32> {
 struct Talking {
     receiver: Receiver,
     sender: Sender,
-    ear: Ear,
+    ear: SessionReceiver,
     random: Random,
     console: Address,
 }
@@ -132,7 +132,7 @@ fn talk(wifi: WIFI<'static>, pairing: &Pairing) -> Result<Option<Talking>, BootE
     let random = Random::new().map_err(BootError::Random)?;
     let console = pairing.console;
     println!("radio address {:02x?}, channel {}, obeys {console:02x?}", radio::address(), radio::CHANNEL);
-    Ok(Some(Talking { receiver, sender, ear: Ear::new(pairing.key.clone()), random, console }))
+    Ok(Some(Talking { receiver, sender, ear: SessionReceiver::new(pairing.key.clone()), random, console }))
 }
 
 /// Why the robot does not start.
@@ -167,27 +167,27 @@ async fn control_loop(
     let period = Duration::from_micros(period_us(controller.parameters()).into());
     let converter = Inputs::new(analog, image.curve, image.settings.parameters.second.is_some());
     #[cfg(feature = "inject")]
-    let converter = shell::inject::Converter::new(converter, SelfSaboteur, &SHARED);
+    let converter = shell::inject::Converter::new(converter, ImageFaultInjector, &SHARED);
     let parts = Parts { converter, bridge, watchdog };
     let work = shell::robot::control_loop(parts, controller, &image.settings, &SHARED);
     tick::above_the_radio(timer, period, work).await
 }
 
 #[task]
-async fn receive(receiver: Receiver, ear: Ear, console: Address, random: Random) {
+async fn receive(receiver: Receiver, ear: SessionReceiver, console: Address, random: Random) {
     shell::robot::receive(receiver, ear, console, random, &SHARED).await
 }
 
 #[task]
 async fn send(sender: Sender, console: Address, about: &'static About) {
     #[cfg(feature = "inject")]
-    let sender = shell::inject::Sender::new(sender, SelfSaboteur, &SHARED);
+    let sender = shell::inject::Sender::new(sender, ImageFaultInjector, &SHARED);
     shell::robot::send(sender, Driver, SoftwareReset, console, about, &SHARED).await
 }
 
 #[task]
-async fn keep(flash: Flash, partitions: &'static Partitions, image: &'static Image) {
-    shell::robot::keep(flash, partitions, &image.settings.parameters, &SHARED).await
+async fn persistence_task(flash: Flash, partitions: &'static Partitions, image: &'static Image) {
+    shell::robot::persistence_task(flash, partitions, &image.settings.parameters, &SHARED).await
 }
 
 #[task]

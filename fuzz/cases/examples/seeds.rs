@@ -6,22 +6,24 @@ use std::path::{Path, PathBuf};
 
 use control::protocol::dongle::{FromDongle, Payload, ToDongle};
 use control::protocol::frame::{LONGEST, encode};
-use control::protocol::lockstep::{Answer, Hello, Question, Reply, Request, Target};
+use control::protocol::lockstep::{Answer, AnswerFrame, Hello, Question, QuestionFrame, Target};
 use control::protocol::pairing;
-use control::protocol::radio::{self, BATCH, Batch, Do, Echo, FromRobot, Row, Status, Telling, ToRobot, What};
+use control::protocol::radio::{
+    self, BATCH, Batch, Downlink, Echo, PackedTick, Report, Request, RequestFrame, Status, Uplink,
+};
 use control::protocol::secure::Key;
 use control::{Command, Fault, Sample, State, Stroke};
-use description::Robot;
-use description::design::design;
 use recording::{
     AngleReading, Drive, LinkQuality, Metadata, Outcome, Recording, SessionEvent, SessionRecorder, Stated,
     TelemetryRow, write_csv, write_mcap_with,
 };
+use robot_file::Robot;
+use robot_file::design::design;
 use serde::Serialize;
 
 fn main() {
     for (target, name, bytes) in
-        [serial(), air(), session(), robot_orders(), recordings(), texts(), store()].into_iter().flatten()
+        [serial(), air(), session(), robot_commands(), recordings(), texts(), store()].into_iter().flatten()
     {
         let directory = room().join("corpus-seed").join(target);
         fs::create_dir_all(&directory).expect("a directory");
@@ -39,12 +41,12 @@ fn plain(message: &impl Serialize) -> Vec<u8> {
     postcard::to_slice(message, &mut [0; 2048]).expect("short").to_vec()
 }
 
-fn telling(message: FromRobot) -> Telling {
-    Telling { uptime_ms: 1234, echo: Echo { counter: 3, age_ms: 5 }, message }
+fn uplink(message: Report) -> Uplink {
+    Uplink { uptime_ms: 1234, echo: Echo { counter: 3, age_ms: 5 }, report: message }
 }
 
-fn tellings() -> [Telling; 3] {
-    let row = Row { after_us: 1000, code: 2000, second: None, duty: Some(12_000), angle: -3000, speed: 11_000 };
+fn uplinks() -> [Uplink; 3] {
+    let row = PackedTick { after_us: 1000, code: 2000, second: None, duty: Some(12_000), angle: -3000, speed: 11_000 };
     let batch = Batch {
         first_tick: 4000,
         time_us: 4_000_000,
@@ -55,18 +57,18 @@ fn tellings() -> [Telling; 3] {
         battery_mv: 3700,
         rows: std::iter::repeat_n(row, BATCH).collect(),
     };
-    let answer = FromRobot::Answer { number: 1, tick: 4003, answer: radio::Answer::Done(None) };
-    [telling(FromRobot::Status(Status::default())), telling(FromRobot::Telemetry(batch)), telling(answer)]
+    let answer = Report::Answer { number: 1, tick: 4003, answer: radio::Answer::Done(None) };
+    [uplink(Report::Status(Status::default())), uplink(Report::Telemetry(batch)), uplink(answer)]
 }
 
-fn orders() -> [ToRobot; 5] {
-    let give = |what| ToRobot::Do(Do { number: 1, deadline_ms: 500, what });
+fn orders() -> [Downlink; 5] {
+    let give = |request| Downlink::Request(RequestFrame { number: 1, deadline_ms: 500, request });
     [
-        ToRobot::Heartbeat { heard_ms: Some(0) },
-        ToRobot::Stop,
-        give(What::Command(Command::Speed { omega: 44.0 })),
-        give(What::Command(Command::Oscillate { from: -1.5, to: 1.5, style: Stroke::Proportional })),
-        give(What::Set { index: 13, value: 1.5 }),
+        Downlink::Heartbeat { heard_ms: Some(0) },
+        Downlink::Stop,
+        give(Request::Command(Command::Speed { omega: 44.0 })),
+        give(Request::Command(Command::Oscillate { from: -1.5, to: 1.5, style: Stroke::Proportional })),
+        give(Request::Set { index: 13, value: 1.5 }),
     ]
 }
 
@@ -82,12 +84,12 @@ fn serial() -> Seeds {
         (0, plain(&ToDongle::Send { number: 9, to: [1; 6], payload })),
         (0, plain(&ToDongle::Meet { address: [1; 6], local: [2; 16] })),
         (1, plain(&received)),
-        (2, plain(&pairing::ToRobot::Pair(pairing))),
-        (4, plain(&Request { number: 1, question: Question::Start(parameters) })),
-        (4, plain(&Request { number: 2, question: Question::Tick(Sample::default()) })),
-        (5, plain(&Reply { number: 0, bad_frames: 1, answer: Answer::Hello(hello) })),
+        (2, plain(&pairing::PairingRequest::Pair(pairing))),
+        (4, plain(&QuestionFrame { number: 1, question: Question::Start(parameters) })),
+        (4, plain(&QuestionFrame { number: 2, question: Question::Tick(Sample::default()) })),
+        (5, plain(&AnswerFrame { number: 0, bad_frames: 1, answer: Answer::Hello(hello) })),
         (6, plain(&orders()[2])),
-        (7, plain(&tellings()[1])),
+        (7, plain(&uplinks()[1])),
     ];
     let framed = bodies
         .into_iter()
@@ -105,7 +107,7 @@ fn air() -> Seeds {
     let attacks =
         [&good[..], &[9, 0, 0], &[9, 2, 1, 40, 0], &[9, 3, 0, 9, 0], &[9, 5, 0, 2, 8, 0], &[7], &[8]].concat();
     let anew = [&good[..], &[4, 6, 0], &plain(&orders()[0]), &[9, 0, 200], &[5], &good].concat();
-    let told: Vec<u8> = tellings().iter().flat_map(|telling| [&[0], &plain(telling)[..]].concat()).collect();
+    let told: Vec<u8> = uplinks().iter().flat_map(|uplink| [&[0], &plain(uplink)[..]].concat()).collect();
     let lies = [&told[..], &[9, 0, 0], &[9, 2, 1, 40, 0], &[9, 5, 0, 2, 8, 0], &[7], &told].concat();
     let again = [&told[..], &[4, 8, 0, 0, 6], &told, &[8, 0, 9], &[5], &told].concat();
     vec![
@@ -120,8 +122,8 @@ fn air() -> Seeds {
 }
 
 fn session() -> Seeds {
-    let told: Vec<u8> = tellings().iter().flat_map(|telling| [&[0xC0], &plain(telling)[..]].concat()).collect();
-    let typed: Vec<u8> = (0..8).flat_map(|line| [0xC6, line, 0xC0].into_iter().chain(plain(&tellings()[2]))).collect();
+    let told: Vec<u8> = uplinks().iter().flat_map(|uplink| [&[0xC0], &plain(uplink)[..]].concat()).collect();
+    let typed: Vec<u8> = (0..8).flat_map(|line| [0xC6, line, 0xC0].into_iter().chain(plain(&uplinks()[2]))).collect();
     let greeting = FromDongle::Hello { version: control::protocol::VERSION, address: [2, 0, 0, 0, 0, 1], channel: 1 };
     let again =
         [&told[..], &[0xC3], &plain(&greeting), &[0x44, 3, 1, 0, 2], &[0x45, 2, 9, 9], &[7, 255], &told].concat();
@@ -133,7 +135,7 @@ fn session() -> Seeds {
 }
 
 /// Drives, turns, stops; parameters; a set with changed bytes.
-fn robot_orders() -> Seeds {
+fn robot_commands() -> Seeds {
     let [_, stop, speed, oscillate, set] = orders().map(|order| [&[0], &plain(&order)[..]].concat());
     let turn = [6, 29, 255];
     let driven = [&[0][..], &speed, &turn, &turn, &oscillate, &turn, &stop, &turn].concat();
@@ -141,10 +143,10 @@ fn robot_orders() -> Seeds {
     let damaged = [&[3, 2, 40, 0, 1, 90, 0, 2][..], &driven].concat();
     let rough = [&driven[..], &[4, 232, 3, 0, 8, 0, 8], &[5, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1], &turn].concat();
     vec![
-        ("robot_orders", "driven".into(), driven),
-        ("robot_orders", "tuned".into(), tuned),
-        ("robot_orders", "damaged".into(), damaged),
-        ("robot_orders", "rough".into(), rough),
+        ("robot_commands", "driven".into(), driven),
+        ("robot_commands", "tuned".into(), tuned),
+        ("robot_commands", "damaged".into(), damaged),
+        ("robot_commands", "rough".into(), rough),
     ]
 }
 

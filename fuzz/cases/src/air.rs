@@ -6,9 +6,9 @@ use control::protocol::secure::{HEAD, Key, Nonce};
 
 use crate::bytes::Bytes;
 
-/// Of the pair.
+/// Pairing key of robot and console.
 pub const KEY: Key = Key([0x5A; 32]);
-/// Of somebody else.
+/// Pairing key of another robot.
 pub const OTHER_KEY: Key = Key([0x5B; 32]);
 /// Frames of one input at most.
 pub const MOST_FRAMES: usize = 300;

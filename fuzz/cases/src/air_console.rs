@@ -1,12 +1,12 @@
 //! Any sequence of frames at a console: at a call that waits for its answer, and at a session.
 //!
 //! The bytes are commands, as in [`crate::air_robot`]. The console believes exactly what its robot has sealed in this
-//! session, each telling newer than the last.
+//! session, each uplink newer than the last.
 
 use std::collections::HashSet;
 
-use control::protocol::radio::{Echo, FromRobot, LONGEST, Status, Telling, ToRobot};
-use control::protocol::secure::{Caller, Ear, Heard, Opened, Opener, Rejected, Sealer};
+use control::protocol::radio::{Downlink, Echo, LONGEST, Report, Status, Uplink};
+use control::protocol::secure::{Accepted, Caller, Opened, Opener, Rejected, Sealer, SessionReceiver};
 
 use crate::air::{Frames, KEY, MOST_FRAMES, Nonces, OTHER_KEY, console_nonce, robot_nonce};
 use crate::bytes::Bytes;
@@ -17,7 +17,7 @@ type Session = [u8; 8];
 #[derive(Clone, Debug)]
 enum Made {
     Welcome { console: [u8; 8], session: Session },
-    Telling { session: Session, counter: u32, body: Vec<u8> },
+    Uplink { session: Session, counter: u32, body: Vec<u8> },
 }
 
 /// Runs the commands.
@@ -39,7 +39,7 @@ struct Live {
 }
 
 struct Air {
-    ear: Ear,
+    receiver: SessionReceiver,
     robot: Option<(Sealer, Session)>,
     nonces: Nonces,
     caller: Caller,
@@ -54,7 +54,7 @@ impl Air {
     fn new() -> Self {
         let mut nonces = Nonces::default();
         let mut air = Self {
-            ear: Ear::new(KEY),
+            receiver: SessionReceiver::new(KEY),
             robot: None,
             caller: Caller::new(KEY, nonces.fresh()),
             nonces,
@@ -99,7 +99,9 @@ impl Air {
 
     /// The robot hears the call, as it is or replayed; its answer.
     fn call(&mut self) -> Vec<u8> {
-        let Ok(Heard::Hello(welcome)) = self.ear.hear::<ToRobot>(&self.caller.hello(), || self.nonces.fresh()) else {
+        let Ok(Accepted::Hello(welcome)) =
+            self.receiver.accept::<Downlink>(&self.caller.hello(), || self.nonces.fresh())
+        else {
             panic!("a good call")
         };
         let (console, session) = (console_nonce(&welcome), robot_nonce(&welcome));
@@ -107,37 +109,39 @@ impl Air {
         welcome.to_vec()
     }
 
-    /// The console orders something, and the robot begins the session with it.
+    /// The console commands something, and the robot begins the session with it.
     fn order(&mut self) {
         let Some(live) = &mut self.live else { return };
         let mut buffer = [0; LONGEST];
-        let (frame, _) = live.sealer.seal(&ToRobot::Stop, &mut buffer).expect("it fits");
+        let (frame, _) = live.sealer.seal(&Downlink::Stop, &mut buffer).expect("it fits");
         self.frames.keep(frame, None);
-        if let Ok(Heard::Order { began: Some(key), .. }) = self.ear.hear::<ToRobot>(frame, || panic!("no call")) {
+        if let Ok(Accepted::Downlink { began: Some(key), .. }) =
+            self.receiver.accept::<Downlink>(frame, || panic!("no call"))
+        {
             self.robot = Some((Sealer::robot(key), live.session));
         }
     }
 
     fn tell(&mut self, bytes: &mut Bytes) -> Option<Vec<u8>> {
         let (sealer, session) = self.robot.as_mut()?;
-        let telling = bytes.message().unwrap_or_else(status);
+        let uplink = bytes.message().unwrap_or_else(status);
         let mut buffer = [0; LONGEST];
-        let (frame, counter) = sealer.seal(&telling, &mut buffer).expect("every telling fits");
-        self.frames.keep(frame, Some(Made::Telling { session: *session, counter, body: plain(&telling) }));
+        let (frame, counter) = sealer.seal(&uplink, &mut buffer).expect("every uplink fits");
+        self.frames.keep(frame, Some(Made::Uplink { session: *session, counter, body: plain(&uplink) }));
         Some(frame.to_vec())
     }
 
     /// A robot of another console.
     fn outsider(&mut self, bytes: &mut Bytes) {
         let caller = Caller::new(OTHER_KEY, self.nonces.fresh());
-        let mut ear = Ear::new(OTHER_KEY);
-        let Ok(Heard::Hello(welcome)) = ear.hear::<ToRobot>(&caller.hello(), || self.nonces.fresh()) else {
+        let mut receiver = SessionReceiver::new(OTHER_KEY);
+        let Ok(Accepted::Hello(welcome)) = receiver.accept::<Downlink>(&caller.hello(), || self.nonces.fresh()) else {
             panic!("a good call")
         };
         let mut buffer = [0; LONGEST];
-        let telling: Telling = bytes.message().unwrap_or_else(status);
-        let (telling, _) = Sealer::robot(OTHER_KEY).seal(&telling, &mut buffer).expect("every telling fits");
-        for frame in [&welcome[..], telling] {
+        let uplink: Uplink = bytes.message().unwrap_or_else(status);
+        let (uplink, _) = Sealer::robot(OTHER_KEY).seal(&uplink, &mut buffer).expect("every uplink fits");
+        for frame in [&welcome[..], uplink] {
             self.frames.keep(frame, None);
             self.deliver(frame);
         }
@@ -150,15 +154,15 @@ impl Air {
             self.answer(frame, made.as_ref());
         }
         let Some(live) = &mut self.live else { return };
-        let opened = live.opener.open::<Telling>(frame);
+        let opened = live.opener.open::<Uplink>(frame);
         match made {
-            Some(Made::Telling { session, counter, body }) if session == live.session && counter >= live.expected => {
+            Some(Made::Uplink { session, counter, body }) if session == live.session && counter >= live.expected => {
                 let Ok(Opened { body: read, counter: read_counter, missing }) = opened else {
-                    panic!("a good telling got {opened:?}")
+                    panic!("a good uplink got {opened:?}")
                 };
                 assert_eq!((read_counter, missing), (counter, counter - live.expected));
-                assert_eq!(plain(&read), body, "another telling than was sealed: {read:?}");
-                assert!(self.believed.insert((session, counter)), "telling {counter} was believed twice");
+                assert_eq!(plain(&read), body, "another uplink than was sealed: {read:?}");
+                assert!(self.believed.insert((session, counter)), "uplink {counter} was believed twice");
                 live.expected = counter + 1;
             }
             _ => assert!(opened.is_err(), "believed what nobody said now: {opened:?}"),
@@ -181,11 +185,11 @@ impl Air {
     }
 }
 
-fn status() -> Telling {
-    Telling { uptime_ms: 1, echo: Echo::default(), message: FromRobot::Status(Status::default()) }
+fn status() -> Uplink {
+    Uplink { uptime_ms: 1, echo: Echo::default(), report: Report::Status(Status::default()) }
 }
 
 /// As bytes: a NaN is not equal to itself.
-fn plain(telling: &Telling) -> Vec<u8> {
-    postcard::to_slice(telling, &mut [0; LONGEST]).expect("short").to_vec()
+fn plain(uplink: &Uplink) -> Vec<u8> {
+    postcard::to_slice(uplink, &mut [0; LONGEST]).expect("short").to_vec()
 }

@@ -6,8 +6,8 @@
 
 use std::collections::HashSet;
 
-use control::protocol::radio::{self, LONGEST, ToRobot};
-use control::protocol::secure::{Caller, Ear, Heard, Key, Nonce, Rejected, Sealer};
+use control::protocol::radio::{self, Downlink, LONGEST};
+use control::protocol::secure::{Accepted, Caller, Key, Nonce, Rejected, Sealer, SessionReceiver};
 
 use crate::air::{Frames, KEY, MOST_FRAMES, Nonces, OTHER_KEY, console_nonce, robot_nonce};
 use crate::bytes::Bytes;
@@ -18,7 +18,7 @@ type Session = ([u8; 8], [u8; 8]);
 #[derive(Clone, Debug)]
 enum Made {
     Hello { console: [u8; 8] },
-    Order { session: Session, counter: u32, body: Vec<u8> },
+    Downlink { session: Session, counter: u32, body: Vec<u8> },
 }
 
 /// Runs the commands.
@@ -39,7 +39,7 @@ struct Present {
 }
 
 struct Air {
-    ear: Ear,
+    receiver: SessionReceiver,
     nonces: Nonces,
     caller: Caller,
     sealer: Option<(Sealer, Session)>,
@@ -56,9 +56,9 @@ impl Air {
     fn new() -> Self {
         let mut nonces = Nonces::default();
         let caller = Caller::new(KEY, nonces.fresh());
-        let ear = Ear::new(KEY);
+        let receiver = SessionReceiver::new(KEY);
         let mut air = Self {
-            ear,
+            receiver,
             nonces,
             caller,
             sealer: None,
@@ -78,12 +78,12 @@ impl Air {
     fn step(&mut self, command: u8, bytes: &mut Bytes) {
         match command % 12 {
             0..=2 => {
-                if let Some(frame) = self.order(bytes) {
+                if let Some(frame) = self.downlink(bytes) {
                     self.deliver(&frame);
                 }
             }
             // Lost, or late.
-            3 => drop(self.order(bytes)),
+            3 => drop(self.downlink(bytes)),
             4 => {
                 self.caller = Caller::new(KEY, self.nonces.fresh());
                 self.call();
@@ -119,27 +119,27 @@ impl Air {
         }
     }
 
-    fn order(&mut self, bytes: &mut Bytes) -> Option<Vec<u8>> {
+    fn downlink(&mut self, bytes: &mut Bytes) -> Option<Vec<u8>> {
         let (sealer, session) = self.sealer.as_mut()?;
-        let order: ToRobot = bytes.message().unwrap_or(ToRobot::Stop);
+        let downlink: Downlink = bytes.message().unwrap_or(Downlink::Stop);
         let mut buffer = [0; LONGEST];
-        let (frame, counter) = sealer.seal(&order, &mut buffer).expect("an order fits");
-        self.frames.keep(frame, Some(Made::Order { session: *session, counter, body: plain(&order) }));
+        let (frame, counter) = sealer.seal(&downlink, &mut buffer).expect("an order fits");
+        self.frames.keep(frame, Some(Made::Downlink { session: *session, counter, body: plain(&downlink) }));
         Some(frame.to_vec())
     }
 
     /// A console and a robot of another pairing, whom the robot hears.
     fn outsider(&mut self, key: Key, bytes: &mut Bytes) {
         let caller = Caller::new(key.clone(), self.nonces.fresh());
-        let mut ear = Ear::new(key);
-        let Ok(Heard::Hello(welcome)) = ear.hear::<ToRobot>(&caller.hello(), || self.nonces.fresh()) else {
+        let mut receiver = SessionReceiver::new(key);
+        let Ok(Accepted::Hello(welcome)) = receiver.accept::<Downlink>(&caller.hello(), || self.nonces.fresh()) else {
             panic!("a good call")
         };
         let (mut sealer, _) = caller.welcomed(&welcome).expect("a good answer");
         let mut buffer = [0; LONGEST];
-        let order: ToRobot = bytes.message().unwrap_or(ToRobot::Stop);
-        let (order, _) = sealer.seal(&order, &mut buffer).expect("an order fits");
-        for frame in [&caller.hello()[..], &welcome, order] {
+        let downlink: Downlink = bytes.message().unwrap_or(Downlink::Stop);
+        let (downlink, _) = sealer.seal(&downlink, &mut buffer).expect("an order fits");
+        for frame in [&caller.hello()[..], &welcome, downlink] {
             self.frames.keep(frame, None);
             self.deliver(frame);
         }
@@ -148,13 +148,13 @@ impl Air {
     /// The robot hears what it says itself.
     fn reflect(&mut self) {
         let mut buffer = [0; LONGEST];
-        let telling = radio::Telling {
+        let uplink = radio::Uplink {
             uptime_ms: 1,
             echo: radio::Echo::default(),
-            message: radio::FromRobot::Status(radio::Status::default()),
+            report: radio::Report::Status(radio::Status::default()),
         };
         if let Some(robot) = &mut self.robot
-            && let Ok((frame, _)) = robot.seal(&telling, &mut buffer)
+            && let Ok((frame, _)) = robot.seal(&uplink, &mut buffer)
         {
             self.frames.keep(frame, None);
             self.deliver(frame);
@@ -164,7 +164,7 @@ impl Air {
     /// A frame comes to the robot, and what it does is what it must do.
     fn deliver(&mut self, frame: &[u8]) {
         let mut offered = None;
-        let heard = self.ear.hear::<ToRobot>(frame, || {
+        let heard = self.receiver.accept::<Downlink>(frame, || {
             let nonce = self.nonces.fresh();
             offered = Some(nonce);
             nonce
@@ -172,11 +172,11 @@ impl Air {
         match self.frames.made(frame) {
             None => assert!(heard.is_err(), "obeyed what nobody sealed: {heard:?}"),
             Some(Made::Hello { console }) => {
-                let Ok(Heard::Hello(welcome)) = heard else { panic!("a good call got {heard:?}") };
+                let Ok(Accepted::Hello(welcome)) = heard else { panic!("a good call got {heard:?}") };
                 self.hello(console, offered, &welcome);
             }
-            Some(Made::Order { session, counter, body }) => {
-                self.ordered(session, counter, &body, heard);
+            Some(Made::Downlink { session, counter, body }) => {
+                self.accepted(session, counter, &body, heard);
             }
         }
     }
@@ -192,7 +192,7 @@ impl Air {
         self.welcome = Some(welcome.to_vec());
     }
 
-    fn ordered(&mut self, session: Session, counter: u32, body: &[u8], heard: Result<Heard<ToRobot>, Rejected>) {
+    fn accepted(&mut self, session: Session, counter: u32, body: &[u8], heard: Result<Accepted<Downlink>, Rejected>) {
         let expected = match &self.present {
             Some(present) if present.session == session => Some((present.expected, false)),
             _ if self.offered == Some(session.1) => Some((0, true)),
@@ -202,9 +202,9 @@ impl Air {
             assert!(heard.is_err(), "order {counter} of session {session:?} was obeyed, and is over: {heard:?}");
             return;
         };
-        let Ok(Heard::Order { order, began }) = heard else { panic!("a good order got {heard:?}") };
-        assert_eq!((order.counter, order.missing), (counter, counter - expected));
-        assert_eq!(plain(&order.body), body, "another order than was sealed: {:?}", order.body);
+        let Ok(Accepted::Downlink { downlink, began }) = heard else { panic!("a good order got {heard:?}") };
+        assert_eq!((downlink.counter, downlink.missing), (counter, counter - expected));
+        assert_eq!(plain(&downlink.body), body, "another order than was sealed: {:?}", downlink.body);
         assert!(self.obeyed.insert((session, counter)), "order {counter} was obeyed twice");
         assert_eq!(began.is_some(), begins, "a session that lives does not begin");
         if let Some(key) = began {
@@ -216,6 +216,6 @@ impl Air {
 }
 
 /// As bytes: a NaN is not equal to itself.
-fn plain(order: &ToRobot) -> Vec<u8> {
-    postcard::to_slice(order, &mut [0; LONGEST]).expect("short").to_vec()
+fn plain(downlink: &Downlink) -> Vec<u8> {
+    postcard::to_slice(downlink, &mut [0; LONGEST]).expect("short").to_vec()
 }

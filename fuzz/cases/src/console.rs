@@ -6,8 +6,8 @@ use std::time::Duration;
 use scram::console::check;
 use simulation::Drive;
 
-use crate::desk::console;
 use crate::scratch::Scratch;
+use crate::scripted_peer::console;
 
 /// Any text in the line, as far as it is UTF-8; before it a byte for the cursor.
 pub fn console_line(data: &[u8]) {
@@ -39,7 +39,7 @@ pub fn script(data: &[u8]) {
     if console.run_script(&path).is_ok() {
         // No robot is there: every command ends by itself, and the times pass.
         for _ in 0..50 {
-            cable.desk().wait(Duration::from_millis(300));
+            cable.scripted_peer().wait(Duration::from_millis(300));
             if console.poll().is_err() {
                 break;
             }

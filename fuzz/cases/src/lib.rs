@@ -9,14 +9,14 @@ mod air_console;
 mod air_robot;
 mod bytes;
 mod console;
-mod desk;
 mod flash;
 mod keys_file;
 mod mcap;
 mod recording;
+mod robot_commands;
 mod robot_file;
-mod robot_orders;
 mod scratch;
+mod scripted_peer;
 mod serial;
 mod session;
 mod store;
@@ -26,13 +26,13 @@ pub use air_robot::air_robot;
 pub use console::{console_line, script};
 pub use keys_file::keys_file;
 pub use recording::{recording_csv, recording_mcap};
+pub use robot_commands::robot_commands;
 pub use robot_file::robot_file;
-pub use robot_orders::robot_orders;
 pub use serial::serial;
 pub use session::session;
 pub use store::store;
 
-/// A decoder.
+/// Fuzz target: a decoder as a function of any bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// Its name here, in `fuzz_targets/` and in `corpus-seed/`.
@@ -47,7 +47,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "air_robot", run: air_robot },
     Target { name: "air_console", run: air_console },
     Target { name: "session", run: session },
-    Target { name: "robot_orders", run: robot_orders },
+    Target { name: "robot_commands", run: robot_commands },
     Target { name: "recording_mcap", run: recording_mcap },
     Target { name: "recording_csv", run: recording_csv },
     Target { name: "robot_file", run: robot_file },

@@ -1,9 +1,9 @@
 //! Robot files: any text, and what is designed from it.
 
-use description::Robot;
-use description::design::design;
-use description::edit::Document;
-use description::image::Image;
+use robot_file::Robot;
+use robot_file::design::design;
+use robot_file::edit::Document;
+use robot_file::image::Image;
 
 /// A file that is not there: a `base` in the text is looked for beside it, where the real ones are.
 const PLACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/any.toml");

@@ -17,13 +17,13 @@ pub fn serial(data: &[u8]) {
     let read = match selector & 0x7f {
         0 => messages::<dongle::ToDongle>,
         1 => messages::<dongle::FromDongle>,
-        2 => messages::<pairing::ToRobot>,
-        3 => messages::<pairing::FromRobot>,
-        4 => messages::<lockstep::Request>,
-        5 => messages::<lockstep::Reply>,
+        2 => messages::<pairing::PairingRequest>,
+        3 => messages::<pairing::PairingReply>,
+        4 => messages::<lockstep::QuestionFrame>,
+        5 => messages::<lockstep::AnswerFrame>,
         // These travel in radio frames, and have the same decoder.
-        6 => messages::<radio::ToRobot>,
-        _ => messages::<radio::Telling>,
+        6 => messages::<radio::Downlink>,
+        _ => messages::<radio::Uplink>,
     };
     if framed {
         let body = &data[..data.len().min(LONGEST_MESSAGE)];

@@ -4,11 +4,11 @@
 use std::time::Duration;
 
 use control::protocol::dongle::FromDongle;
-use control::protocol::radio::Telling;
+use control::protocol::radio::Uplink;
 use scram::console::runner::robot_state;
 
 use crate::bytes::Bytes;
-use crate::desk::console;
+use crate::scripted_peer::console;
 
 const MOST_STEPS: u32 = 200;
 /// Until the session lives.
@@ -28,20 +28,20 @@ pub fn session(data: &[u8]) {
         let Some(command) = bytes.next() else { break };
         match command % 8 {
             0..=2 => {
-                if let Some(telling) = bytes.message::<Telling>() {
-                    cable.desk().robot(&telling);
+                if let Some(uplink) = bytes.message::<Uplink>() {
+                    cable.scripted_peer().robot(&uplink);
                 }
             }
             3 => {
                 // Of another version it ends the session: that is for an input's end.
                 if let Some(message) = bytes.message::<FromDongle>() {
-                    cable.desk().dongle(&message);
+                    cable.scripted_peer().dongle(&message);
                 }
             }
-            4 => cable.desk().bytes(bytes.some()),
-            5 => cable.desk().radio(bytes.some()),
+            4 => cable.scripted_peer().bytes(bytes.some()),
+            5 => cable.scripted_peer().radio(bytes.some()),
             6 => drop(console.submit(LINES[usize::from(bytes.u8()) % LINES.len()])),
-            _ => cable.desk().wait(Duration::from_millis(u64::from(bytes.u8()))),
+            _ => cable.scripted_peer().wait(Duration::from_millis(u64::from(bytes.u8()))),
         }
         for _ in 0..=command / 64 {
             if console.poll().is_err() {

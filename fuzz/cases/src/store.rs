@@ -18,7 +18,7 @@ use shell::store::{pairing, parameters};
 
 use crate::bytes::Bytes;
 use crate::flash::{Flash, PAGE};
-use crate::robot_orders::{FACTORY, damaged};
+use crate::robot_commands::{FACTORY, damaged};
 
 /// Two for each half.
 const PAGES: usize = 4;

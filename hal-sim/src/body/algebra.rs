@@ -49,13 +49,13 @@ impl<L: Lanes> Vec3<L> {
         Self([value; 3])
     }
 
-    /// From memory.
+    /// Loads every lane.
     #[inline(always)]
     pub fn load(token: L::Token, store: &[L::Store; 3]) -> Self {
         Self([L::load(token, &store[0]), L::load(token, &store[1]), L::load(token, &store[2])])
     }
 
-    /// To memory.
+    /// Stores every lane.
     #[inline(always)]
     pub fn store(self) -> [L::Store; 3] {
         [self.0[0].store(), self.0[1].store(), self.0[2].store()]
@@ -168,7 +168,7 @@ impl<L: Lanes> Mat3<L> {
         Self([Vec3::load(token, &store[0]), Vec3::load(token, &store[1]), Vec3::load(token, &store[2])])
     }
 
-    /// To memory.
+    /// Stores every lane.
     #[inline(always)]
     pub fn store(&self) -> [[L::Store; 3]; 3] {
         [self.0[0].store(), self.0[1].store(), self.0[2].store()]
@@ -239,7 +239,7 @@ impl<L: Lanes> Sym3<L> {
         Self([value; 6])
     }
 
-    /// From memory.
+    /// Loads every lane.
     #[inline(always)]
     pub fn load(token: L::Token, store: &[L::Store; 6]) -> Self {
         Self([
@@ -252,7 +252,7 @@ impl<L: Lanes> Sym3<L> {
         ])
     }
 
-    /// To memory.
+    /// Stores every lane.
     #[inline(always)]
     pub fn store(self) -> [L::Store; 6] {
         [

@@ -23,12 +23,12 @@ pub struct Motion<L> {
     pub position: Vec3<L>,
     /// Of the origin, m/s.
     pub velocity: Vec3<L>,
-    /// rad/s.
-    pub spin: Vec3<L>,
+    /// Angular velocity, world frame, rad/s.
+    pub angular_velocity: Vec3<L>,
     /// Of the origin, m/s².
     pub acceleration: Vec3<L>,
-    /// rad/s².
-    pub spin_rate: Vec3<L>,
+    /// Angular acceleration, world frame, rad/s².
+    pub angular_acceleration: Vec3<L>,
 }
 
 /// What a contact adds to its link: force `force − (g·1 + e·n·nᵀ)·a`, `a` of the point that touches.
@@ -38,9 +38,9 @@ pub struct Touch<T> {
     pub arm: [T; 3],
     /// Normal of the ground.
     pub normal: [T; 3],
-    /// kg.
+    /// Implicit damping of the shear, as an equivalent mass at the point of contact, kg.
     pub grip: T,
-    /// kg.
+    /// Equivalent mass along the normal beyond `grip`, kg.
     pub excess: T,
     /// Acceleration of the point without what is to be found, m/s².
     pub acceleration: [T; 3],
@@ -73,7 +73,7 @@ pub fn touch<L: Lanes>(
     let depth = depth.max(zero) * there;
 
     let arm = normal.fma(-radius, centre);
-    let velocity = motion.spin.cross_add(arm, motion.velocity);
+    let velocity = motion.angular_velocity.cross_add(arm, motion.velocity);
     let closing = -velocity.dot(normal);
     let stiffness = load(&contact.normal_stiffness) * depth;
     let rate = load(&contact.normal_damping) * stiffness;
@@ -124,8 +124,9 @@ pub fn touch<L: Lanes>(
     let force = normal.fma(pressed, gripped);
     let force = Vec3([touching(force.0[0]), touching(force.0[1]), touching(force.0[2])]);
     state.force = force.store();
-    let spun = motion.spin.cross(arm);
-    let acceleration = motion.spin.cross_add(spun, motion.spin_rate.cross_add(arm, motion.acceleration));
+    let spun = motion.angular_velocity.cross(arm);
+    let acceleration =
+        motion.angular_velocity.cross_add(spun, motion.angular_acceleration.cross_add(arm, motion.acceleration));
     let ahead = acceleration - Vec3::load(token, &state.acceleration);
     let damped = normal.fma(excess * ahead.dot(normal), ahead.scale(grip));
     // Field by field: as a whole it would be made beside its place, and copied.
@@ -164,11 +165,11 @@ impl<T: Store> Touch<T> {
         &self,
         token: L::Token,
         acceleration: Vec3<L>,
-        spin_rate: Vec3<L>,
+        angular_acceleration: Vec3<L>,
         state: &mut FootState<T>,
     ) {
         let arm = Vec3::<L>::load(token, &self.arm);
-        let found = spin_rate.cross_add(arm, acceleration) + Vec3::load(token, &self.acceleration);
+        let found = angular_acceleration.cross_add(arm, acceleration) + Vec3::load(token, &self.acceleration);
         state.acceleration = found.store();
     }
 }

@@ -22,7 +22,7 @@ pub struct Coordinates {
     pub rates: Vec<Vector>,
     /// Of the eccentric against module 0, rad; 0 without one.
     pub rotor_angle: f64,
-    /// rad/s.
+    /// Speed of the shaft against its module, rad/s.
     pub rotor_speed: f64,
 }
 
@@ -35,7 +35,7 @@ pub struct Moving {
     pub position: Vector,
     /// Of that point, m/s.
     pub velocity: Vector,
-    /// rad/s.
+    /// Angular velocity, world frame, rad/s.
     pub angular_velocity: Vector,
 }
 
@@ -59,7 +59,7 @@ pub struct Balance {
     pub elastic: f64,
     /// Of gravity against the world's origin, J.
     pub gravity: f64,
-    /// kg·m/s.
+    /// Linear momentum, world frame, kg·m/s.
     pub momentum: Vector,
     /// About the world's origin, kg·m²/s.
     pub angular_momentum: Vector,
@@ -168,12 +168,12 @@ impl Balance {
     fn add(&mut self, plan: &Plan, mass: f64, inertia: Matrix, moving: &Moving) {
         let dot = |a: Vector, b: Vector| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let world = product(product(moving.rotation, inertia), transposed(moving.rotation));
-        let spin = times(world, moving.angular_velocity);
+        let angular_velocity = times(world, moving.angular_velocity);
         let momentum = moving.velocity.map(|v| mass * v);
-        self.kinetic += 0.5 * (dot(momentum, moving.velocity) + dot(spin, moving.angular_velocity));
+        self.kinetic += 0.5 * (dot(momentum, moving.velocity) + dot(angular_velocity, moving.angular_velocity));
         self.gravity -= mass * dot(plan.gravity, moving.position);
         self.momentum = sum(self.momentum, momentum);
-        self.angular_momentum = sum(self.angular_momentum, sum(spin, cross(moving.position, momentum)));
+        self.angular_momentum = sum(self.angular_momentum, sum(angular_velocity, cross(moving.position, momentum)));
     }
 }
 

@@ -22,7 +22,7 @@ pub enum Precision {
 /// How bodies are advanced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// s.
+    /// Integration step, s.
     pub step_s: f64,
     /// With how many digits.
     pub precision: Precision,
@@ -101,7 +101,7 @@ impl Ensemble {
         self.groups.first().map_or(0.0, |group| group.steps() as f64 * self.step_s)
     }
 
-    /// Advances every body by so many steps with its own drive.
+    /// Advances every body by `steps` steps with its own drive.
     ///
     /// # Panics
     /// If there are not as many drives as bodies.

@@ -17,7 +17,7 @@ use super::step::{Scratch, advance};
 pub(super) trait Group: Debug + Send + Sync {
     /// A copy.
     fn boxed_clone(&self) -> Box<dyn Group>;
-    /// Advances all by so many steps.
+    /// Advances all bodies by `steps` steps.
     fn advance(&mut self, steps: usize, drives: &[Drive]);
     /// Where a body is.
     fn coordinates(&self, body: usize) -> Coordinates;
@@ -55,7 +55,7 @@ impl<K: Kind, S: Simd> Lanewise<K, S> {
         Self { model, state, scratch, rotor: RotorStep::still(), skeletons, simd }
     }
 
-    /// Steps.
+    /// Advances every body by `steps` steps.
     #[inline(always)]
     fn run(&mut self, steps: usize, drives: &[Drive]) {
         for _ in 0..steps {
@@ -72,7 +72,7 @@ impl<K: Kind, S: Simd> Lanewise<K, S> {
         let start = self.state.steps as f64 * step;
         for (body, rotor) in self.state.rotors.iter_mut().enumerate() {
             let lane = 2 * body;
-            let told = told(&drives[body.min(drives.len() - 1)], rotor, start, half);
+            let told = prescribed_motion(&drives[body.min(drives.len() - 1)], rotor, start, half);
             let (sin, cos) = told.angle.sin_cos();
             self.rotor.direction[0].set(lane, cos);
             self.rotor.direction[1].set(lane, sin);
@@ -81,7 +81,7 @@ impl<K: Kind, S: Simd> Lanewise<K, S> {
             self.rotor.torque.set(lane, told.torque);
             self.rotor.damping.set(lane, told.damping);
             self.rotor.free.set(lane, f64::from(u8::from(told.free)));
-            self.rotor.spin_inertia.set(lane, told.spin_inertia);
+            self.rotor.rotor_inertia.set(lane, told.rotor_inertia);
         }
     }
 
@@ -112,36 +112,43 @@ impl<K: Kind, S: Simd> Lanewise<K, S> {
 }
 
 /// An eccentric's motion in the middle of a step.
-struct Told {
+struct PrescribedMotion {
     angle: f64,
     speed: f64,
     acceleration: f64,
     torque: f64,
     damping: f64,
     free: bool,
-    spin_inertia: f64,
+    rotor_inertia: f64,
 }
 
 /// `start` is the step's, s; `half` is half of it, s.
 #[inline(always)]
-fn told(drive: &Drive, rotor: &RotorState, start: f64, half: f64) -> Told {
-    let as_told =
-        Told { angle: 0.0, speed: 0.0, acceleration: 0.0, torque: 0.0, damping: 0.0, free: false, spin_inertia: 0.0 };
+fn prescribed_motion(drive: &Drive, rotor: &RotorState, start: f64, half: f64) -> PrescribedMotion {
+    let at_rest = PrescribedMotion {
+        angle: 0.0,
+        speed: 0.0,
+        acceleration: 0.0,
+        torque: 0.0,
+        damping: 0.0,
+        free: false,
+        rotor_inertia: 0.0,
+    };
     match *drive {
-        Drive::Phase { speed } => Told { angle: speed * (start + half), speed, ..as_told },
+        Drive::Phase { speed } => PrescribedMotion { angle: speed * (start + half), speed, ..at_rest },
         Drive::Servo { speed, stiffness, damping } => {
             let angle = rotor.angle + half * rotor.speed;
-            Told {
+            PrescribedMotion {
                 angle,
                 speed: rotor.speed + half * rotor.acceleration,
                 torque: stiffness * (speed * (start + half) - angle) + damping * (speed - rotor.speed),
                 damping: half * damping,
                 free: true,
-                ..as_told
+                ..at_rest
             }
         }
-        Drive::Motor { angle, speed, acceleration, spin_inertia } => {
-            Told { angle, speed, acceleration, spin_inertia, ..as_told }
+        Drive::Motor { angle, speed, acceleration, rotor_inertia } => {
+            PrescribedMotion { angle, speed, acceleration, rotor_inertia, ..at_rest }
         }
     }
 }

@@ -17,9 +17,9 @@ pub trait Lanes:
     /// The same numbers in memory.
     type Store: Store;
 
-    /// From memory.
+    /// Loads every lane.
     fn load(token: Self::Token, store: &Self::Store) -> Self;
-    /// To memory.
+    /// Stores every lane.
     fn store(self) -> Self::Store;
     /// One number in every lane.
     fn splat(token: Self::Token, value: f64) -> Self;
@@ -27,9 +27,9 @@ pub trait Lanes:
     fn fma(self, b: Self, c: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// The larger; which one where one is no number is the processor's choice.
+    /// Larger value, lane by lane; where one is NaN, which one is the processor's choice.
     fn max(self, other: Self) -> Self;
-    /// The smaller.
+    /// Smaller value, lane by lane.
     fn min(self, other: Self) -> Self;
     /// `yes` where `self > 0`, else `no`.
     fn if_positive(self, yes: Self, no: Self) -> Self;
@@ -41,7 +41,7 @@ pub trait Lanes:
 
 /// Several numbers in memory.
 pub trait Store: Copy + Clone + Debug + PartialEq + Send + Sync + 'static {
-    /// How many.
+    /// Number of lanes.
     const WIDTH: usize;
     /// One number in every lane.
     fn splat(value: f64) -> Self;

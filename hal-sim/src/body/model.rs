@@ -33,7 +33,7 @@ pub struct Model<K: Kind> {
     pub has_rotor: bool,
     /// Against gravity: the acceleration that a body at rest seems to have, m/s².
     pub lift: Vec3s<K::Store>,
-    /// s.
+    /// Integration step, s.
     pub step: f64,
 }
 
@@ -42,20 +42,20 @@ pub struct Model<K: Kind> {
 pub struct LinkRow<T> {
     /// From the inner link's frame to this link's with all hinges at zero, columns; none where it changes nothing.
     pub turn: Option<[Vec3s<T>; 3]>,
-    /// N·m/rad.
+    /// Stiffness of the joint about its three axes, N·m/rad.
     pub stiffness: Vec3s<T>,
-    /// N·m·s/rad.
+    /// Damping of the joint about its three axes, N·m·s/rad.
     pub damping: Vec3s<T>,
-    /// kg.
+    /// Mass, kg.
     pub mass: T,
     /// Mass times centre, kg·m.
-    pub moved: Vec3s<T>,
+    pub first_moment: Vec3s<T>,
     /// xx, yy, zz, xy, xz, yz about the origin, kg·m².
     pub inertia: [T; 6],
     /// A segment without a module, in its own frame: `inertia` is diagonal and the centre halfway to the next hinges. By
     /// kind and not by value: by value, what a body does would depend on those beside it.
     pub aligned: bool,
-    /// m.
+    /// From the link's origin to that of the next, link frame, m.
     pub next: Vec3s<T>,
     /// Of `Model::feet`.
     pub feet: Option<usize>,
@@ -75,17 +75,17 @@ pub struct FeetRow<T> {
 /// A body's contact.
 #[derive(Clone, Debug)]
 pub struct ContactRow<T> {
-    /// m.
+    /// Radius, m.
     pub radius: T,
-    /// N/m.
+    /// Stiffness along the normal, N/m.
     pub normal_stiffness: T,
-    /// s/m.
+    /// Damping along the normal, per unit of elastic force, s/m.
     pub normal_damping: T,
-    /// N/m.
+    /// Stiffness in the plane of contact, N/m.
     pub shear_stiffness: T,
-    /// N·s/m.
+    /// Damping in the plane of contact, N·s/m.
     pub shear_damping: T,
-    /// Coefficient.
+    /// Coefficient of friction.
     pub friction: T,
     /// 1/lateral_share − 1; none where that is 0 for all.
     pub lateral_excess: Option<T>,
@@ -94,9 +94,9 @@ pub struct ContactRow<T> {
 /// The eccentric, in the frame of the link that carries it; zero in odd lanes.
 #[derive(Clone, Debug)]
 pub struct RotorRow<T> {
-    /// kg.
+    /// Mass, kg.
     pub mass: T,
-    /// m.
+    /// Radius, m.
     pub radius: T,
     /// About the bolt's own axis, and across it, kg·m².
     pub axial: T,
@@ -117,10 +117,10 @@ pub struct State<K: Kind> {
     pub position: Vec3s<K::Store>,
     /// w, x, y, z.
     pub orientation: [K::Store; 4],
-    /// m/s.
+    /// Velocity of the base, world frame, m/s.
     pub velocity: Vec3s<K::Store>,
-    /// rad/s.
-    pub spin: Vec3s<K::Store>,
+    /// Angular velocity of the base, world frame, rad/s.
+    pub angular_velocity: Vec3s<K::Store>,
     /// Linear and angular, during the last step.
     pub acceleration: [Vec3s<K::Store>; 2],
     /// Depth by depth.
@@ -136,9 +136,9 @@ pub struct State<K: Kind> {
 /// A triple of hinges.
 #[derive(Clone, Copy, Debug)]
 pub struct HingeState<T> {
-    /// rad.
+    /// Joint angles about the three axes, rad.
     pub angle: Vec3s<T>,
-    /// rad/s.
+    /// Rates of the joint angles, rad/s.
     pub rate: Vec3s<T>,
     /// During the last step, rad/s².
     pub acceleration: Vec3s<T>,
@@ -160,9 +160,9 @@ pub struct FootState<T> {
 /// An eccentric.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RotorState {
-    /// rad.
+    /// Angle of the shaft against its module, rad.
     pub angle: f64,
-    /// rad/s.
+    /// Speed of the shaft against its module, rad/s.
     pub speed: f64,
     /// During the last step, rad/s².
     pub acceleration: f64,
@@ -230,7 +230,7 @@ impl<K: Kind> State<K> {
             position: [zero; 3],
             orientation: [zero; 4],
             velocity: [zero; 3],
-            spin: [zero; 3],
+            angular_velocity: [zero; 3],
             acceleration: [[zero; 3]; 2],
             hinges: vec![HingeState { angle: [zero; 3], rate: [zero; 3], acceleration: [zero; 3] }; model.arm.len()],
             feet: vec![[foot; 2]; model.feet.len()],
@@ -253,7 +253,7 @@ impl<K: Kind> State<K> {
             set(&mut self.position, &from.position);
             set(&mut self.orientation, &from.orientation);
             set(&mut self.velocity, &from.velocity);
-            set(&mut self.spin, &from.angular_velocity);
+            set(&mut self.angular_velocity, &from.angular_velocity);
             for (hinge, link) in self.hinges.iter_mut().zip(&skeleton.arms[side]) {
                 let joint = link.joint.unwrap_or(0);
                 set(&mut hinge.angle, &ordered(side, from.angles[joint]));
@@ -282,7 +282,7 @@ impl<K: Kind> State<K> {
             position: get(&self.position, lane),
             orientation: orientation.map(|x| x / norm),
             velocity: get(&self.velocity, lane),
-            angular_velocity: get(&self.spin, lane),
+            angular_velocity: get(&self.angular_velocity, lane),
             angles,
             rates,
             rotor_angle: self.rotors[body].angle,
@@ -343,7 +343,7 @@ fn link_row<'a, T: Store>(
         stiffness: vector(&|link| link.stiffness, 0.0),
         damping: vector(&|link| link.damping, 1.0),
         mass: row(|lane| of(lane, &|link| link.mass, 0.0)),
-        moved: vector(&|link| link.centre.map(|x| link.mass * x), 0.0),
+        first_moment: vector(&|link| link.centre.map(|x| link.mass * x), 0.0),
         inertia: [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)],
         aligned: lanes.clone().all(|lane| at(lane).is_none_or(|link| link.module.is_none())),
         next: vector(&|link| link.next[0], 0.0),

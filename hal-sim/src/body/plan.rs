@@ -5,9 +5,9 @@
 //! b and b+1 by `segments` triples of hinges at one point each; triple i stands `i·L/segments` behind module b. Between
 //! two triples is a segment's box; the last one is rigidly part of module b+1.
 
-use description::Robot;
-use description::robot::{Backbone as BackboneFile, Module as ModuleFile, ModuleKind};
 use effects::Laws;
+use robot_file::Robot;
+use robot_file::robot::{Backbone as BackboneFile, Module as ModuleFile, ModuleKind};
 
 /// A body. All fields are public: a test or an experiment may build what no robot file says.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Plan {
 pub struct Module {
     /// What it is for.
     pub kind: ModuleKind,
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Length (x), width (y), height (z), m.
     pub size: [f64; 3],
@@ -46,7 +46,7 @@ pub struct Module {
 pub struct Backbone {
     /// Roll about the long axis, rad.
     pub roll: f64,
-    /// m.
+    /// Length, m.
     pub length: f64,
     /// Triples of hinges, and boxes.
     pub segments: usize,
@@ -63,7 +63,7 @@ pub struct Backbone {
 /// A bolt that turns about the vertical axis through the centre of module 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eccentric {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Of the bolt's axis from the shaft's, m.
     pub radius: f64,

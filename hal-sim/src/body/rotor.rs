@@ -22,7 +22,7 @@ pub struct RotorStep<T> {
     /// 1 where the torque turns it, 0 where it turns as told.
     pub free: T,
     /// Angular momentum of what spins in the gearmotor over `speed`, kg·m².
-    pub spin_inertia: T,
+    pub rotor_inertia: T,
     /// Found, rad/s².
     pub found: T,
     /// On the eccentric, N·m.
@@ -43,7 +43,7 @@ impl<T: Store> RotorStep<T> {
             torque: zero,
             damping: zero,
             free: zero,
-            spin_inertia: zero,
+            rotor_inertia: zero,
             found: zero,
             found_torque: zero,
             load_torque: zero,
@@ -101,16 +101,20 @@ impl<L: Lanes> Joined<L> {
         let arm = zero_angle.fma(radius * cos, quarter.scale(radius * sin));
         let pivot = motion.axes.times(Vec3::load(token, &row.pivot));
 
-        let spun = motion.spin.cross(pivot);
-        let acceleration = motion.spin.cross_add(spun, motion.spin_rate.cross_add(pivot, motion.acceleration));
+        let spun = motion.angular_velocity.cross(pivot);
+        let acceleration =
+            motion.angular_velocity.cross_add(spun, motion.angular_acceleration.cross_add(pivot, motion.acceleration));
         let (speed, given) = (load(&told.speed), load(&told.acceleration));
         let turning = axis.scale(speed);
-        let spin = motion.spin + turning;
-        let spin_rate = motion.spin.cross_add(turning, axis.fma(given, motion.spin_rate));
-        let swing = spin.cross_add(spin.cross(arm), spin_rate.cross_add(arm, acceleration));
+        let angular_velocity = motion.angular_velocity + turning;
+        let angular_acceleration =
+            motion.angular_velocity.cross_add(turning, axis.fma(given, motion.angular_acceleration));
+        let swing =
+            angular_velocity.cross_add(angular_velocity.cross(arm), angular_acceleration.cross_add(arm, acceleration));
         let force = swing.scale(mass);
         let own = Sym3::splat(L::splat(token, 0.0)).add_diagonal(across).add_outer(axial - across, axis);
-        let torque = arm.cross_add(force, spin.cross_add(own.times(spin), own.times(spin_rate)));
+        let torque = arm
+            .cross_add(force, angular_velocity.cross_add(own.times(angular_velocity), own.times(angular_acceleration)));
 
         let mut rotor = Articulated::nothing(L::splat(token, 0.0));
         rotor.moment = own;
@@ -129,26 +133,32 @@ impl<L: Lanes> Joined<L> {
         rotor.torque = lever[0].fma(answer, torque);
         rotor.force = lever[1].fma(answer, force);
         // What spins in the gearmotor takes its torque from the module.
-        let inside = turning.scale(load(&told.spin_inertia));
-        let inside_rate = axis.scale(given * load(&told.spin_inertia));
+        let inside = turning.scale(load(&told.rotor_inertia));
+        let inside_rate = axis.scale(given * load(&told.rotor_inertia));
         let mut on_link = rotor.shifted(pivot);
-        on_link.torque = on_link.torque + motion.spin.cross_add(inside, inside_rate);
-        let gear = axis.scale(load(&told.spin_inertia));
-        let geared = gear.dot(motion.spin_rate);
+        on_link.torque = on_link.torque + motion.angular_velocity.cross_add(inside, inside_rate);
+        let gear = axis.scale(load(&told.rotor_inertia));
+        let geared = gear.dot(motion.angular_acceleration);
         Self { on_link, pivot, lever, mobility, needed, inertia, gear, geared }
     }
 
     /// Writes what the eccentric does, the link's accelerations being found.
     #[inline(always)]
-    pub fn respond(&self, token: L::Token, acceleration: Vec3<L>, spin_rate: Vec3<L>, step: &mut RotorStep<L::Store>) {
+    pub fn respond(
+        &self,
+        token: L::Token,
+        acceleration: Vec3<L>,
+        angular_acceleration: Vec3<L>,
+        step: &mut RotorStep<L::Store>,
+    ) {
         let load = |store: &L::Store| L::load(token, store);
-        let at_pivot = spin_rate.cross_add(self.pivot, acceleration);
-        let shaken = self.lever[0].dot(spin_rate) + self.lever[1].dot(at_pivot);
+        let at_pivot = angular_acceleration.cross_add(self.pivot, acceleration);
+        let shaken = self.lever[0].dot(angular_acceleration) + self.lever[1].dot(at_pivot);
         let given = load(&step.acceleration);
         let gained = (load(&step.torque) - self.needed - shaken) * self.mobility;
         let (found, torque) = (given + gained, self.inertia.fma(gained, self.needed + shaken));
         step.found = found.store();
         step.found_torque = torque.store();
-        step.load_torque = (torque - self.inertia * found + self.geared + self.gear.dot(spin_rate)).store();
+        step.load_torque = (torque - self.inertia * found + self.geared + self.gear.dot(angular_acceleration)).store();
     }
 }

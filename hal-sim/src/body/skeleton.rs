@@ -37,7 +37,7 @@ pub struct Link {
     pub stiffness: Vector,
     /// See `stiffness`.
     pub damping: Vector,
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Centre of mass, m.
     pub centre: Vector,

@@ -33,7 +33,7 @@ impl Foot {
 pub struct Rotor {
     /// Against the module, from its x axis, counter-clockwise seen from above, rad, not wrapped.
     pub angle: f64,
-    /// rad/s.
+    /// Speed of the shaft against its module, rad/s.
     pub speed: f64,
     /// Of the bolt's centre, m.
     pub bolt: [f64; 3],

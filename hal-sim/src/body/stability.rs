@@ -21,7 +21,7 @@ pub(super) fn check(plan: &Plan, step: f64) -> Result<(), PlanError> {
             for axis in 0..3 {
                 let (k, d) = (link.stiffness[axis], link.damping[axis]);
                 let inertia = about_hinge(link, axis).min(least(inner));
-                // Written so that what is no number is refused.
+                // Written so that NaN is refused.
                 let carried = step * step * k < inertia + step * d;
                 if !carried {
                     let longest = (d + (d * d + 4.0 * k * inertia).sqrt()) / (2.0 * k);

@@ -7,7 +7,7 @@
 //! Three passes. Outwards: where the links are, how they move, and which forces they need if no hinge accelerates.
 //! Inwards: articulated inertias. Outwards: accelerations.
 //!
-//! Of an articulated link, `[torque; force] = [J H; Hᵀ M]·[spin rate; acceleration] + [n; f]`. A triple with axes E
+//! Of an articulated link, `[torque; force] = [J H; Hᵀ M]·[angular_velocity rate; acceleration] + [n; f]`. A triple with axes E
 //! (columns) and rates q̇ bears the torque `t − C·x`, `x` being the relative spin rate: `t = E⁻ᵀ(−K q − D q̇)`, and
 //! `C = E⁻ᵀ h D E⁻¹` what the damping gains over the step. With `X = (J + C)⁻¹` the inner
 //! link sees `J' = C − C X C`, `H' = C X H`, `M' = M − Hᵀ X H`: where C is small against J, as at the modules, nothing cancels.
@@ -30,13 +30,13 @@ use super::rotor::{Joined, RotorStep};
 /// What the passes hand on, depth by depth.
 #[derive(Clone, Debug)]
 pub struct Scratch<K: Kind> {
-    links: Vec<Handed<K::Store>>,
+    links: Vec<JointWorkspace<K::Store>>,
     touches: Vec<[Touch<K::Store>; 2]>,
 }
 
 /// See [`Scratch`].
 #[derive(Clone, Debug)]
-struct Handed<T> {
+struct JointWorkspace<T> {
     /// E⁻ᵀ by columns: the dual axes.
     dual: [[T; 3]; 3],
     /// From the inner link's origin, m.
@@ -44,10 +44,10 @@ struct Handed<T> {
     /// J about the own origin, kg·m².
     moment: [T; 6],
     /// Mass times centre, kg·m: H = [·]×.
-    moved: [T; 3],
-    /// n and f.
-    needs: [[T; 3]; 2],
-    /// t.
+    first_moment: [T; 3],
+    /// Bias force `[n, f]`: torque and force without accelerations of the joints, N·m and N.
+    bias_force: [[T; 3]; 2],
+    /// Torque `t` of the joint's spring and damper, N·m.
     spring: [T; 3],
     /// V below its diagonal of ones.
     below: [T; 3],
@@ -63,12 +63,12 @@ impl<K: Kind> Scratch<K> {
     /// For a model.
     pub fn new(model: &Model<K>) -> Self {
         let zero = K::Store::splat(0.0);
-        let handed = Handed {
+        let workspace = JointWorkspace {
             dual: [[zero; 3]; 3],
             from: [zero; 3],
             moment: [zero; 6],
-            moved: [zero; 3],
-            needs: [[zero; 3]; 2],
+            first_moment: [zero; 3],
+            bias_force: [[zero; 3]; 2],
             spring: [zero; 3],
             below: [zero; 3],
             response: [zero; 3],
@@ -83,7 +83,7 @@ impl<K: Kind> Scratch<K> {
             acceleration: [zero; 3],
             force: [zero; 3],
         };
-        Self { links: vec![handed; model.arm.len()], touches: vec![[touch; 2]; model.feet.len()] }
+        Self { links: vec![workspace; model.arm.len()], touches: vec![[touch; 2]; model.feet.len()] }
     }
 }
 
@@ -157,8 +157,8 @@ impl<L: Lanes> Articulated<L> {
         let k = inverse.times_matrix(&transposed);
         let rest = self.moment - transposed.transposed_times_symmetric(&k);
         let alone = inverse.times(self.force);
-        let spin_rate = rest.inverse(one).times(self.coupling.times(alone) - self.torque);
-        (spin_rate, -(alone + k.times(spin_rate)))
+        let angular_acceleration = rest.inverse(one).times(self.coupling.times(alone) - self.torque);
+        (angular_acceleration, -(alone + k.times(angular_acceleration)))
     }
 }
 
@@ -173,9 +173,9 @@ pub(super) fn advance<K: Kind, S: Simd>(
 ) {
     let half_step = K::Lanes::<S>::splat(simd, 0.5 * model.step);
     drift::<K, S>(simd, state, half_step);
-    let Outward { needs, joined } = outwards::<K, S>(simd, model, state, scratch, rotor, half_step);
-    let base_needs = inwards::<K, S>(simd, model, scratch, &needs, &joined, half_step);
-    accelerate::<K, S>(simd, model, state, scratch, rotor, &joined, base_needs, half_step);
+    let Outward { bias_force, joined } = outwards::<K, S>(simd, model, state, scratch, rotor, half_step);
+    let base_bias_force = inwards::<K, S>(simd, model, scratch, &bias_force, &joined, half_step);
+    accelerate::<K, S>(simd, model, state, scratch, rotor, &joined, base_bias_force, half_step);
     drift::<K, S>(simd, state, half_step);
     state.steps += 1;
 }
@@ -185,19 +185,19 @@ pub(super) fn advance<K: Kind, S: Simd>(
 fn drift<K: Kind, S: Simd>(simd: S, state: &mut State<K>, half_step: K::Lanes<S>) {
     let position = Vec3::load(simd, &state.velocity).fma(half_step, Vec3::load(simd, &state.position));
     state.position = position.store();
-    let spin = Vec3::load(simd, &state.spin);
+    let angular_velocity = Vec3::load(simd, &state.angular_velocity);
     let q = &state.orientation;
     let load = |store: &K::Store| K::Lanes::<S>::load(simd, store);
-    let [w, x, y, z] = turned(simd, [load(&q[0]), load(&q[1]), load(&q[2]), load(&q[3])], spin, half_step);
+    let [w, x, y, z] = turned(simd, [load(&q[0]), load(&q[1]), load(&q[2]), load(&q[3])], angular_velocity, half_step);
     state.orientation = [w.store(), x.store(), y.store(), z.store()];
 }
 
 /// A unit quaternion after a time at a spin (world frame): its exponential to the fifth order, which a half step of
 /// a thousandth of a turn needs no more of, and one step of normalising.
 #[inline(always)]
-fn turned<L: Lanes>(token: L::Token, [w, x, y, z]: [L; 4], spin: Vec3<L>, time: L) -> [L; 4] {
+fn turned<L: Lanes>(token: L::Token, [w, x, y, z]: [L; 4], angular_velocity: Vec3<L>, time: L) -> [L; 4] {
     let number = |value: f64| L::splat(token, value);
-    let half = spin.scale(time * number(0.5));
+    let half = angular_velocity.scale(time * number(0.5));
     let square = half.dot(half);
     let cos = square.fma(square.fma(number(1.0 / 24.0), number(-0.5)), number(1.0));
     let sin = square.fma(square.fma(number(1.0 / 120.0), number(-1.0 / 6.0)), number(1.0));
@@ -230,7 +230,7 @@ fn axes<L: Lanes>(token: L::Token, [w, x, y, z]: [L; 4]) -> Mat3<L> {
 /// What the first pass finds beside the links.
 struct Outward<L> {
     /// What the base's own mass and feet need.
-    needs: Articulated<L>,
+    bias_force: Articulated<L>,
     /// What the eccentric hangs on its link.
     joined: Joined<L>,
 }
@@ -254,9 +254,9 @@ fn outwards<K: Kind, S: Simd>(
         axes: axes(simd, orientation),
         position: Vec3::load(simd, &state.position),
         velocity: Vec3::load(simd, linear).fma(half_step, Vec3::load(simd, &state.velocity)),
-        spin: Vec3::load(simd, angular).fma(half_step, Vec3::load(simd, &state.spin)),
+        angular_velocity: Vec3::load(simd, angular).fma(half_step, Vec3::load(simd, &state.angular_velocity)),
         acceleration: Vec3::load(simd, &model.lift),
-        spin_rate: Vec3::splat(zero),
+        angular_acceleration: Vec3::splat(zero),
     };
     let mut joined = Joined::none(zero);
     if model.has_rotor && model.rotor_depth.is_none() {
@@ -264,22 +264,23 @@ fn outwards<K: Kind, S: Simd>(
     }
     let mut next = Point::carried(&base, base.axes.times(Vec3::load(simd, &model.base.next)));
     // Each lane takes half of the base's own needs: both lanes' are added later.
-    let mut needs = own_needs(simd, &model.base, &base, &next).articulated(simd, K::Lanes::<S>::splat(simd, 0.5));
+    let mut bias_force =
+        own_bias_force(simd, &model.base, &base, &next).articulated(simd, K::Lanes::<S>::splat(simd, 0.5));
     stand::<K, S>(simd, model, &model.base, &base, state, scratch, half_step);
     if let Some(set) = model.base.feet {
-        add_touches(simd, &scratch.touches[set], &mut needs);
+        add_touches(simd, &scratch.touches[set], &mut bias_force);
     }
     let mut inner = base;
     for (depth, index) in model.arm.iter().enumerate() {
         let link = &model.links[*index];
-        let handed = &mut scratch.links[depth];
-        (inner, next) = beyond(simd, link, &inner, &next, &mut state.hinges[depth], handed, half_step);
+        let workspace = &mut scratch.links[depth];
+        (inner, next) = beyond(simd, link, &inner, &next, &mut state.hinges[depth], workspace, half_step);
         stand::<K, S>(simd, model, link, &inner, state, scratch, half_step);
         if model.has_rotor && model.rotor_depth == Some(depth) {
             joined = Joined::new(simd, &model.rotor, rotor, &inner);
         }
     }
-    Outward { needs, joined }
+    Outward { bias_force, joined }
 }
 
 /// Where the next hinges are on a link, and how they move.
@@ -287,7 +288,7 @@ fn outwards<K: Kind, S: Simd>(
 struct Point<L> {
     /// From the link's origin, m.
     from: Vec3<L>,
-    /// m/s.
+    /// Velocity of the link's origin, world frame, m/s.
     velocity: Vec3<L>,
     /// Without what is to be found, m/s².
     acceleration: Vec3<L>,
@@ -297,11 +298,13 @@ impl<L: Lanes> Point<L> {
     /// A point of a link that moves so.
     #[inline(always)]
     fn carried(motion: &Motion<L>, from: Vec3<L>) -> Self {
-        let spun = motion.spin.cross(from);
+        let spun = motion.angular_velocity.cross(from);
         Self {
             from,
             velocity: motion.velocity + spun,
-            acceleration: motion.spin.cross_add(spun, motion.spin_rate.cross_add(from, motion.acceleration)),
+            acceleration: motion
+                .angular_velocity
+                .cross_add(spun, motion.angular_acceleration.cross_add(from, motion.acceleration)),
         }
     }
 }
@@ -318,7 +321,7 @@ struct Own<L> {
     moment: Sym3<L>,
     mass: L,
     /// Mass times centre, kg·m.
-    moved: Vec3<L>,
+    first_moment: Vec3<L>,
     torque: Vec3<L>,
     force: Vec3<L>,
 }
@@ -330,7 +333,7 @@ impl<L: Lanes> Own<L> {
         let nothing = Articulated::nothing(L::splat(token, 0.0));
         Articulated {
             moment: self.moment.scale(share),
-            coupling: nothing.coupling.plus_cross(self.moved.scale(share)),
+            coupling: nothing.coupling.plus_cross(self.first_moment.scale(share)),
             mass: nothing.mass.add_diagonal(self.mass * share),
             torque: self.torque.scale(share),
             force: self.force.scale(share),
@@ -340,10 +343,10 @@ impl<L: Lanes> Own<L> {
 
 /// Newton and Euler of a link's own mass.
 #[inline(always)]
-fn own_needs<L: Lanes>(token: L::Token, link: &LinkRow<L::Store>, motion: &Motion<L>, next: &Point<L>) -> Own<L> {
+fn own_bias_force<L: Lanes>(token: L::Token, link: &LinkRow<L::Store>, motion: &Motion<L>, next: &Point<L>) -> Own<L> {
     let inertia = Sym3::<L>::load(token, &link.inertia);
     let mass = L::load(token, &link.mass);
-    let (moment, moved, force);
+    let (moment, first_moment, force);
     if link.aligned {
         // R diag(a, b, c) Rᵀ = b·1 + (a − b)·e₁e₁ᵀ + (c − b)·e₃e₃ᵀ.
         let [a, b, c, ..] = inertia.0;
@@ -352,18 +355,18 @@ fn own_needs<L: Lanes>(token: L::Token, link: &LinkRow<L::Store>, motion: &Motio
         moment = round.add_outer(a - b, first).add_outer(c - b, third);
         // The centre is in the middle between two triples of hinges, and so is its acceleration.
         let half_mass = mass * L::splat(token, 0.5);
-        moved = next.from.scale(half_mass);
+        first_moment = next.from.scale(half_mass);
         force = (motion.acceleration + next.acceleration).scale(half_mass);
     } else {
         let turned = motion.axes.times_matrix(&inertia.columns());
         moment = turned.transposed().transposed_times_symmetric(&motion.axes.transposed());
-        moved = motion.axes.times(Vec3::load(token, &link.moved));
-        let linear = motion.spin_rate.cross_add(moved, motion.acceleration.scale(mass));
-        force = motion.spin.cross_add(motion.spin.cross(moved), linear);
+        first_moment = motion.axes.times(Vec3::load(token, &link.first_moment));
+        let linear = motion.angular_acceleration.cross_add(first_moment, motion.acceleration.scale(mass));
+        force = motion.angular_velocity.cross_add(motion.angular_velocity.cross(first_moment), linear);
     }
-    let angular = moved.cross_add(motion.acceleration, moment.times(motion.spin_rate));
-    let torque = motion.spin.cross_add(moment.times(motion.spin), angular);
-    Own { moment, mass, moved, torque, force }
+    let angular = first_moment.cross_add(motion.acceleration, moment.times(motion.angular_acceleration));
+    let torque = motion.angular_velocity.cross_add(moment.times(motion.angular_velocity), angular);
+    Own { moment, mass, first_moment, torque, force }
 }
 
 /// The link beyond a triple of hinges: its motion and its next hinges', and what the later passes need.
@@ -374,7 +377,7 @@ fn beyond<L: Lanes>(
     inner: &Motion<L>,
     hinges: &Point<L>,
     hinge: &mut HingeState<L::Store>,
-    handed: &mut Handed<L::Store>,
+    workspace: &mut JointWorkspace<L::Store>,
     half_step: L,
 ) -> (Motion<L>, Point<L>) {
     let start = match &link.turn {
@@ -398,14 +401,14 @@ fn beyond<L: Lanes>(
     let middle = Vec3::<L>::load(token, &hinge.acceleration).fma(half_step, rate).0;
     let (first, second, third) = (a.scale(middle[0]), b_first.scale(middle[1]), c_second.scale(middle[2]));
     let relative = first + second + third;
-    let gained = (inner.spin + first).cross_add(relative, second.cross(third));
+    let gained = (inner.angular_velocity + first).cross_add(relative, second.cross(third));
     let motion = Motion {
         axes,
         position: inner.position + hinges.from,
         velocity: hinges.velocity,
-        spin: inner.spin + relative,
+        angular_velocity: inner.angular_velocity + relative,
         acceleration: hinges.acceleration,
-        spin_rate: inner.spin_rate + gained,
+        angular_acceleration: inner.angular_acceleration + gained,
     };
 
     let (stiffness, damping) = (Vec3::<L>::load(token, &link.stiffness).0, Vec3::<L>::load(token, &link.damping).0);
@@ -418,13 +421,13 @@ fn beyond<L: Lanes>(
         -stiffness[2].fma(angle[2], damping[2] * late.0[2]),
     ]);
     let next = Point::carried(&motion, along(token, link, &motion.axes));
-    let own = own_needs(token, link, &motion, &next);
-    handed.dual = dual.store();
-    handed.from = hinges.from.store();
-    handed.moment = own.moment.store();
-    handed.moved = own.moved.store();
-    handed.needs = [own.torque.store(), own.force.store()];
-    handed.spring = dual.times(torque).store();
+    let own = own_bias_force(token, link, &motion, &next);
+    workspace.dual = dual.store();
+    workspace.from = hinges.from.store();
+    workspace.moment = own.moment.store();
+    workspace.first_moment = own.first_moment.store();
+    workspace.bias_force = [own.torque.store(), own.force.store()];
+    workspace.spring = dual.times(torque).store();
     (motion, next)
 }
 
@@ -466,11 +469,11 @@ fn keep_touches<L: Lanes>(
     token: L::Token,
     touches: &[Touch<L::Store>; 2],
     acceleration: Vec3<L>,
-    spin_rate: Vec3<L>,
+    angular_acceleration: Vec3<L>,
     feet: &mut [FootState<L::Store>; 2],
 ) {
     for (touch, foot) in touches.iter().zip(feet) {
-        touch.keep(token, acceleration, spin_rate, foot);
+        touch.keep(token, acceleration, angular_acceleration, foot);
     }
 }
 
@@ -489,20 +492,20 @@ fn inwards<K: Kind, S: Simd>(
     let mut outer = Articulated::nothing(zero);
     for (depth, index) in model.arm.iter().enumerate().rev() {
         let link = &model.links[*index];
-        let handed = &mut scratch.links[depth];
-        outer.moment = outer.moment + Sym3::load(simd, &handed.moment);
-        outer.coupling = outer.coupling.plus_cross(Vec3::load(simd, &handed.moved));
+        let workspace = &mut scratch.links[depth];
+        outer.moment = outer.moment + Sym3::load(simd, &workspace.moment);
+        outer.coupling = outer.coupling.plus_cross(Vec3::load(simd, &workspace.first_moment));
         outer.mass = outer.mass.add_diagonal(K::Lanes::<S>::load(simd, &link.mass));
-        outer.torque = outer.torque + Vec3::load(simd, &handed.needs[0]);
-        outer.force = outer.force + Vec3::load(simd, &handed.needs[1]);
+        outer.torque = outer.torque + Vec3::load(simd, &workspace.bias_force[0]);
+        outer.force = outer.force + Vec3::load(simd, &workspace.bias_force[1]);
         if let Some(set) = link.feet {
             add_touches(simd, &scratch.touches[set], &mut outer);
         }
         if model.rotor_depth == Some(depth) {
             outer = outer.plus(joined.on_link);
         }
-        outer = seen_through(simd, outer, link, handed, half_step + half_step, one);
-        outer = outer.shifted(Vec3::load(simd, &handed.from));
+        outer = seen_through(simd, outer, link, workspace, half_step + half_step, one);
+        outer = outer.shifted(Vec3::load(simd, &workspace.from));
     }
     let mut base = base.plus(outer);
     if model.rotor_depth.is_none() {
@@ -517,24 +520,24 @@ fn seen_through<L: Lanes>(
     token: L::Token,
     outer: Articulated<L>,
     link: &LinkRow<L::Store>,
-    handed: &mut Handed<L::Store>,
+    workspace: &mut JointWorkspace<L::Store>,
     step: L,
     one: L,
 ) -> Articulated<L> {
-    let dual = Mat3::<L>::load(token, &handed.dual);
+    let dual = Mat3::<L>::load(token, &workspace.dual);
     let damping = Vec3::<L>::load(token, &link.damping).scale(step).0;
     let [x, y, z] = dual.0;
     let zero = Sym3::splat(L::splat(token, 0.0));
     let damping = zero.add_outer(damping[0], x).add_outer(damping[1], y).add_outer(damping[2], z);
     let factors = (outer.moment + damping).factors(one);
-    let spring = Vec3::load(token, &handed.spring);
+    let spring = Vec3::load(token, &workspace.spring);
     let response = factors.weighted(factors.times(spring - outer.torque));
     let (damped, coupled) = (factors.times_matrix(&damping.columns()), factors.times_matrix(&outer.coupling));
     let (damped_weighted, coupled_weighted) = (factors.weighted_matrix(&damped), factors.weighted_matrix(&coupled));
-    handed.below = factors.below.store();
-    handed.response = response.store();
-    handed.damped = damped_weighted.store();
-    handed.coupled = coupled_weighted.store();
+    workspace.below = factors.below.store();
+    workspace.response = response.store();
+    workspace.damped = damped_weighted.store();
+    workspace.coupled = coupled_weighted.store();
     Articulated {
         moment: damping.minus_transposed_times(&damped, &damped_weighted),
         coupling: damped.transposed_times_matrix(&coupled_weighted),
@@ -559,38 +562,38 @@ fn accelerate<K: Kind, S: Simd>(
 ) {
     let step = half_step + half_step;
     let zero = Vec3::splat(K::Lanes::<S>::splat(simd, 0.0));
-    let (mut spin_rate, mut acceleration) = (zero, zero);
+    let (mut angular_acceleration, mut acceleration) = (zero, zero);
     if !model.clamped {
-        (spin_rate, acceleration) = base.solve(K::Lanes::<S>::splat(simd, 1.0));
+        (angular_acceleration, acceleration) = base.solve(K::Lanes::<S>::splat(simd, 1.0));
         state.velocity = acceleration.fma(step, Vec3::load(simd, &state.velocity)).store();
-        state.spin = spin_rate.fma(step, Vec3::load(simd, &state.spin)).store();
-        state.acceleration = [acceleration.store(), spin_rate.store()];
+        state.angular_velocity = angular_acceleration.fma(step, Vec3::load(simd, &state.angular_velocity)).store();
+        state.acceleration = [acceleration.store(), angular_acceleration.store()];
     }
     if let Some(set) = model.base.feet {
-        keep_touches(simd, &scratch.touches[set], acceleration, spin_rate, &mut state.feet[set]);
+        keep_touches(simd, &scratch.touches[set], acceleration, angular_acceleration, &mut state.feet[set]);
     }
     if model.has_rotor && model.rotor_depth.is_none() {
-        joined.respond(simd, acceleration, spin_rate, rotor);
+        joined.respond(simd, acceleration, angular_acceleration, rotor);
     }
     for (depth, index) in model.arm.iter().enumerate() {
-        let handed = &scratch.links[depth];
-        acceleration = spin_rate.cross_add(Vec3::load(simd, &handed.from), acceleration);
-        let damped = Mat3::<K::Lanes<S>>::load(simd, &handed.damped).times(spin_rate);
-        let coupled = Mat3::<K::Lanes<S>>::load(simd, &handed.coupled).times(acceleration);
-        let weighted = Vec3::<K::Lanes<S>>::load(simd, &handed.response) + damped - coupled;
-        let outer = Factors::transposed_times(Vec3::load(simd, &handed.below), weighted);
-        let found = Mat3::load(simd, &handed.dual).transposed_times(outer - spin_rate);
+        let workspace = &scratch.links[depth];
+        acceleration = angular_acceleration.cross_add(Vec3::load(simd, &workspace.from), acceleration);
+        let damped = Mat3::<K::Lanes<S>>::load(simd, &workspace.damped).times(angular_acceleration);
+        let coupled = Mat3::<K::Lanes<S>>::load(simd, &workspace.coupled).times(acceleration);
+        let weighted = Vec3::<K::Lanes<S>>::load(simd, &workspace.response) + damped - coupled;
+        let outer = Factors::transposed_times(Vec3::load(simd, &workspace.below), weighted);
+        let found = Mat3::load(simd, &workspace.dual).transposed_times(outer - angular_acceleration);
         let hinge = &mut state.hinges[depth];
         hinge.acceleration = found.store();
         let rate = found.fma(step, Vec3::load(simd, &hinge.rate));
         hinge.rate = rate.store();
         hinge.angle = rate.fma(half_step, Vec3::load(simd, &hinge.angle)).store();
-        spin_rate = outer;
+        angular_acceleration = outer;
         if let Some(set) = model.links[*index].feet {
-            keep_touches(simd, &scratch.touches[set], acceleration, spin_rate, &mut state.feet[set]);
+            keep_touches(simd, &scratch.touches[set], acceleration, angular_acceleration, &mut state.feet[set]);
         }
         if model.has_rotor && model.rotor_depth == Some(depth) {
-            joined.respond(simd, acceleration, spin_rate, rotor);
+            joined.respond(simd, acceleration, angular_acceleration, rotor);
         }
     }
 }

@@ -4,10 +4,10 @@ use super::plan::Plan;
 use super::snapshot::Snapshot;
 use crate::robot::wrap;
 
-/// A run.
+/// Motion of a robot: snapshots at a fixed interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// What ran.
+    /// Geometry and masses of the robot that moved.
     pub plan: Plan,
     /// At even times, the first at the start.
     pub snapshots: Vec<Snapshot>,

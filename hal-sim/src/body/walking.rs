@@ -15,8 +15,8 @@
 //!   angular momentum acts on the module.
 
 use control::{Actuation, Sample};
-use description::Robot;
 use effects::{Effect, GravityTilt};
+use robot_file::Robot;
 
 use super::drive::Drive;
 use super::ensemble::{self, Ensemble, Precision};
@@ -31,7 +31,7 @@ pub struct Walker {
     /// Its body. May be changed, for an experiment that no robot file says.
     pub plan: Plan,
     robot: SimulatedRobot,
-    spin_inertia: f64,
+    rotor_inertia: f64,
 }
 
 impl Walker {
@@ -48,7 +48,7 @@ impl Walker {
             plan,
             robot: SimulatedRobot::with(&level, seed, settings),
             // n²·J of the rotor is known at the output shaft; its angular momentum is n·J·ω.
-            spin_inertia: motor.rotor_inertia_kg_m2.value / motor.gear_ratio.value,
+            rotor_inertia: motor.rotor_inertia_kg_m2.value / motor.gear_ratio.value,
         })
     }
 }
@@ -58,7 +58,7 @@ impl Walker {
 #[derive(Clone, Debug)]
 pub struct WalkingRobots {
     robots: Vec<SimulatedRobot>,
-    spin_inertia: Vec<f64>,
+    rotor_inertia: Vec<f64>,
     bodies: Ensemble,
     /// What the shafts do in the bodies' next step.
     drives: Vec<Drive>,
@@ -96,9 +96,9 @@ impl WalkingRobots {
             coordinates.rotor_angle = walker.robot.truth().angle;
             bodies.put(i, &coordinates);
         }
-        let (spin_inertia, robots) = walkers.into_iter().map(|walker| (walker.spin_inertia, walker.robot)).unzip();
+        let (rotor_inertia, robots) = walkers.into_iter().map(|walker| (walker.rotor_inertia, walker.robot)).unzip();
         let load_torques = vec![[0.0; 2]; plans.len()];
-        Ok(Self { robots, spin_inertia, bodies, drives: Vec::new(), load_torques, periods: Vec::new() })
+        Ok(Self { robots, rotor_inertia, bodies, drives: Vec::new(), load_torques, periods: Vec::new() })
     }
 
     /// A robot alone on the ground, from its file.
@@ -153,7 +153,7 @@ impl WalkingRobots {
                 angle: motion.angle,
                 speed: motion.speed,
                 acceleration: motion.acceleration,
-                spin_inertia: self.spin_inertia[i],
+                rotor_inertia: self.rotor_inertia[i],
             });
         }
         self.bodies.advance(1, &self.drives);

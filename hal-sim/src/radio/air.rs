@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use description::robot::Radio;
+use robot_file::robot::Radio;
 
 use super::airtime::Rate;
 use super::figures::Figures;

@@ -1,6 +1,6 @@
 //! The numbers in force: those of the robot file, and what a [`Trouble`] makes of them. µs.
 
-use description::robot::{Quantity, Radio};
+use robot_file::robot::{Quantity, Radio};
 
 use super::airtime::Rate;
 use super::loss::Loss;

@@ -17,27 +17,27 @@
 //! - The receiver's driver keeps the newest `receive_queue` frames; older ones are dropped in silence.
 //!
 //! Not modelled: the encryption of ESP-NOW (CCMP). Its bytes take time on the air, but everybody reads and forges what
-//! passes: the attacker ([`SecondTalker`]) is assumed past it, so that what stops him is the protocol alone. Nor are
+//! passes: the attacker ([`Adversary`]) is assumed past it, so that what stops him is the protocol alone. Nor are
 //! hidden stations and collisions, other channels, or the time that an attacker keeps the channel busy (jamming is
 //! [`Trouble::silence`]).
 
+mod adversary;
 mod air;
 pub mod airtime;
 mod figures;
 pub mod loss;
-mod second_talker;
 mod station;
 mod streams;
 mod trouble;
 
+pub use adversary::{Adversary, Attack, Forgery, OLD_US};
 pub use air::Air;
-pub use second_talker::{Attack, Forgery, OLD_US, SecondTalker};
 pub use trouble::Trouble;
 
 /// A radio's address.
 pub type Address = [u8; 6];
 
-/// Everybody.
+/// Broadcast address.
 pub const BROADCAST: Address = [0xff; 6];
 
 /// Longest payload of ESP-NOW's first version, bytes.
@@ -61,7 +61,7 @@ pub struct Delivery {
     pub from: Address,
     /// Strength of the signal, dBm.
     pub rssi: i8,
-    /// What.
+    /// Payload, bytes.
     pub payload: Vec<u8>,
     /// When it arrived at the radio, µs.
     pub arrived_us: u64,
@@ -72,11 +72,11 @@ pub struct Delivery {
 pub struct Overheard {
     /// When it was sent, µs.
     pub sent_us: u64,
-    /// By whom.
+    /// Source address that the frame claims.
     pub from: Address,
-    /// To whom.
+    /// Destination address; `ff:ff:ff:ff:ff:ff` is broadcast.
     pub to: Address,
-    /// What.
+    /// Payload, bytes.
     pub payload: Vec<u8>,
 }
 

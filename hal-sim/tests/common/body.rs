@@ -1,8 +1,8 @@
 //! What the tests of the body share: plans made from the default robot's, and small ways to run and judge them.
 
-use description::robot::ModuleKind;
 use hal_sim::body::coordinates::{Balance, Coordinates};
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings};
+use robot_file::robot::ModuleKind;
 
 use super::default_robot;
 

@@ -6,9 +6,9 @@ pub mod body;
 use std::path::Path;
 
 use control::Actuation;
-use description::robot::{Potentiometer, Robot, Sensor};
 use effects::{CoulombFriction, DriverDrop, GravityTilt, Laws, LoadFriction, StribeckFriction};
 use hal_sim::shaft::{Shaft, ShaftState, Stepper, Terminals};
+use robot_file::robot::{Potentiometer, Robot, Sensor};
 
 /// The thesis's linear motor with the 26:1 gearmotor's numbers: no friction, no gravity, an ideal bridge.
 pub const LINEAR: Shaft = Shaft {

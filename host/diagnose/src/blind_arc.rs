@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 use common::wrap;
-use description::robot::{Robot, Sensor};
+use robot_file::robot::{Robot, Sensor};
 
 use super::model::Plant;
 use super::rollout;
@@ -81,7 +81,7 @@ fn begin(track: &Track, plant: &Plant, window_s: f64) -> Vec<[f64; 2]> {
 /// Drops what the track's only segment reads in the arc, as the model goes from a start.
 fn drop_in_arc(track: &mut Track, plant: &Plant, start: &[[f64; 2]], half_width: f64) {
     let segment = track.segments[0];
-    let rolled = rollout::roll(plant, track, start, None, false);
+    let rolled = rollout::rollout(plant, track, start, None, false);
     for (k, wiper) in (segment.first..segment.last).zip(&rolled.wipers) {
         if wrap(*wiper).abs() < half_width && track.angle[k].is_finite() {
             track.angle[k] = f64::NAN;

@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_tail_is_never_read_from_a_handful_of_resamples() {
-        assert!(super::super::judge::TAIL * DECIDING as f64 >= 10.0);
+        assert!(super::super::selection::TAIL * DECIDING as f64 >= 10.0);
     }
 
     #[test]

@@ -6,9 +6,9 @@
 
 use std::f64::consts::TAU;
 
-use description::angle_code::{AdcCurve, Track as Element};
-use description::robot::{Robot, Sensor};
 use effects::Scale;
+use robot_file::angle_code::{AdcCurve, Track as Element};
+use robot_file::robot::{Robot, Sensor};
 
 use super::numbers::{Free, Number};
 

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use description::DescriptionError;
-use description::edit::Document;
-use description::robot::Quantity;
 use effects::Id;
+use robot_file::RobotFileError;
+use robot_file::edit::Document;
+use robot_file::robot::Quantity;
 
 use super::verdict::{Diagnosis, FittedParameter};
 
@@ -14,7 +14,7 @@ use super::verdict::{Diagnosis, FittedParameter};
 ///
 /// # Errors
 /// A fitted number lies outside what the robot file allows.
-pub fn extend(document: &mut Document, diagnosis: &Diagnosis, source: &str) -> Result<(), DescriptionError> {
+pub fn extend(document: &mut Document, diagnosis: &Diagnosis, source: &str) -> Result<(), RobotFileError> {
     let mut tables: BTreeMap<&str, Vec<(&str, &FittedParameter)>> = BTreeMap::new();
     for one in &diagnosis.detail.extended {
         match one.path.strip_prefix("effects.").and_then(|rest| rest.split_once('.')) {
@@ -42,7 +42,7 @@ pub fn extend(document: &mut Document, diagnosis: &Diagnosis, source: &str) -> R
     Ok(())
 }
 
-fn set(document: &mut Document, one: &FittedParameter, source: &str) -> Result<(), DescriptionError> {
+fn set(document: &mut Document, one: &FittedParameter, source: &str) -> Result<(), RobotFileError> {
     document
         .set(&one.path, &quantity(one, false, source))
         .or_else(|_| document.set(&one.path, &quantity(one, true, source)))

@@ -141,7 +141,7 @@ fn roll_all(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Rolled> {
     data.tracks
         .par_iter()
         .zip(&fit.starts)
-        .map(|(track, starts)| rollout::roll(&plant, track, starts, None, with_current(data, track)))
+        .map(|(track, starts)| rollout::rollout(&plant, track, starts, None, with_current(data, track)))
         .collect()
 }
 
@@ -188,7 +188,7 @@ fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Re
             if plant.moves_like(&base) {
                 return (reading_column(&base, plant, rolled, *delta), vec![0.0; rolled.currents.len()]);
             }
-            let mut out = rollout::roll(plant, track, starts, None, with_current(data, track));
+            let mut out = rollout::rollout(plant, track, starts, None, with_current(data, track));
             for (value, base) in out.readings.iter_mut().zip(&rolled.readings) {
                 *value = (*value - base) / delta;
             }

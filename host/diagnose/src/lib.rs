@@ -8,12 +8,12 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use description::Robot;
-//! use description::edit::Document;
+//! use robot_file::Robot;
+//! use robot_file::edit::Document;
 //! use diagnose::{Options, diagnose};
 //! use simulation::{Drive, Order, Plan, Step, recording, run};
 //!
-//! let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/bench-linear.toml"));
+//! let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/selection-linear.toml"));
 //! let robot = Robot::load(file)?;
 //! // The measured rig is another one: it has friction that the file does not know.
 //! let friction = "[effects.coulomb_friction]\n\
@@ -49,13 +49,13 @@ mod extend;
 mod fit;
 mod floor;
 pub mod identify;
-mod judge;
 mod map;
 mod model;
 mod nominal;
 mod numbers;
 mod rollout;
 mod search;
+mod selection;
 mod session;
 mod track;
 mod values;
@@ -70,13 +70,13 @@ mod tests;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use description::robot::Robot;
 use effects::Id;
+use robot_file::robot::Robot;
 
-use judge::{Bench, Decision};
 use numbers::Number;
 use recording::Recording;
-use search::Tried;
+use search::Candidate;
+use selection::{Decision, Selection};
 use session::Session;
 
 pub use extend::extend;
@@ -177,27 +177,31 @@ pub fn diagnose(
             }
         };
         tell("refitting the model's numbers", 0.0);
-        let (mut session, nominal) = open(robot, fit, held_out, options)?;
+        let (mut session, baseline) = open(robot, fit, held_out, options)?;
         let effects = search::candidates(&session, robot);
-        let briefly = nominal.mean_square() <= session.noise * judge::NOTHING * judge::NOTHING;
+        let briefly = baseline.mean_square() <= session.noise * selection::NOTHING * selection::NOTHING;
         let done = AtomicUsize::new(0);
-        let mut tried = search::singles(&session, &nominal, &effects, briefly, &|| {
+        let mut candidates = search::singles(&session, &baseline, &effects, briefly, &|| {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             tell("fitting effects", 0.15 + 0.5 * done as f64 / effects.len() as f64);
         });
-        refine_floor(&mut session, &tried);
-        let bootstrap = bootstrap::Bootstrap::new(nominal.judged.errors.len(), options.seed);
+        refine_floor(&mut session, &candidates);
+        let bootstrap = bootstrap::Bootstrap::new(baseline.evaluation.errors.len(), options.seed);
         let mut decision =
-            Bench { noise: session.noise, nominal: &nominal, tried: &tried, bootstrap: &bootstrap }.decide();
+            Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
+                .decide();
         if decision.verdict == Verdict::Unexplained {
             tell("fitting pairs of effects", 0.7);
-            tried.extend(search::pairs(&session, &tried));
-            refine_floor(&mut session, &tried);
-            decision = Bench { noise: session.noise, nominal: &nominal, tried: &tried, bootstrap: &bootstrap }.decide();
+            candidates.extend(search::pairs(&session, &candidates));
+            refine_floor(&mut session, &candidates);
+            decision =
+                Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
+                    .decide();
         }
         tell("writing down", 0.97);
-        let bench = Bench { noise: session.noise, nominal: &nominal, tried: &tried, bootstrap: &bootstrap };
-        let diagnosis = write_down(robot, &session, &bench, &decision);
+        let selection =
+            Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
+        let diagnosis = write_down(robot, &session, &selection, &decision);
         tell("done", 1.0);
         Ok(diagnosis)
     })
@@ -214,8 +218,8 @@ pub fn misfit(
     options: &Options,
 ) -> Result<Misfit, DiagnoseError> {
     in_pool(options, || {
-        let (session, nominal) = open(robot, fit, held_out, options)?;
-        Ok(Misfit { noise_floor: session.noise.sqrt(), before: nominal.mean_square().sqrt() })
+        let (session, baseline) = open(robot, fit, held_out, options)?;
+        Ok(Misfit { noise_floor: session.noise.sqrt(), before: baseline.mean_square().sqrt() })
     })
 }
 
@@ -233,14 +237,14 @@ fn open(
     fit: &[Recording],
     held_out: &[Recording],
     options: &Options,
-) -> Result<(Session, Tried), DiagnoseError> {
+) -> Result<(Session, Candidate), DiagnoseError> {
     let (mut session, fit) = Session::open(robot, fit, held_out, options)?;
-    let judged = session.judge(&fit);
-    session.remember(&judged);
-    let nominal = Tried { effects: Vec::new(), fit, judged };
-    let error = nominal.mean_square().sqrt();
+    let evaluation = session.evaluate(&fit);
+    session.remember(&evaluation);
+    let baseline = Candidate { effects: Vec::new(), fit, evaluation };
+    let error = baseline.mean_square().sqrt();
     let ratio = error / session.noise.sqrt();
-    let at_bound = nominal.fit.free.iter().zip(&nominal.fit.coordinates).filter(|(free, at)| {
+    let at_bound = baseline.fit.free.iter().zip(&baseline.fit.coordinates).filter(|(free, at)| {
         let motor = matches!(free.number, Number::Resistance | Number::TorqueConstant | Number::Inertia);
         motor && (**at <= free.coordinate(free.low) + 1e-6 || **at >= free.coordinate(free.high) - 1e-6)
     });
@@ -249,19 +253,19 @@ fn open(
         let detail = format!("{:.1}° after {:.2} s", error.to_degrees(), session.horizon_s);
         return Err(DiagnoseError::WrongRig { robot: robot.name.clone(), ratio, detail });
     }
-    Ok((session, nominal))
+    Ok((session, baseline))
 }
 
 /// A better model leaves fewer kinks in what the floor is measured on: the floor is the least that any model shows.
-fn refine_floor(session: &mut Session, tried: &[Tried]) {
-    if let Some(best) = tried.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) {
-        session.noise = session.noise.min(session.scatter_about(&best.judged));
+fn refine_floor(session: &mut Session, candidates: &[Candidate]) {
+    if let Some(best) = candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) {
+        session.noise = session.noise.min(session.scatter_about(&best.evaluation));
     }
 }
 
-fn write_down(robot: &Robot, session: &Session, bench: &Bench, decision: &Decision) -> Diagnosis {
-    let named = decision.named.map(|index| &bench.tried[index]);
-    let after = named.unwrap_or(bench.nominal);
+fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision: &Decision) -> Diagnosis {
+    let named = decision.named.map(|index| &selection.candidates[index]);
+    let after = named.unwrap_or(selection.baseline);
     let extended = values::fitted(robot, &session.model, &after.fit);
     let causes: Vec<Cause> = after
         .effects
@@ -273,34 +277,34 @@ fn write_down(robot: &Robot, session: &Session, bench: &Bench, decision: &Decisi
             parameters: values::of_effect(&extended, *effect),
         })
         .collect();
-    let (misfit_map, left_over) = map::misfit_map(session, bench.nominal, after);
+    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after);
     let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
     let mut class: Vec<Id> = decision.also.iter().flatten().copied().collect();
     class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
     let gain = named.map_or_else(Gain::default, |model| {
-        let [percent_of_excess_removed, low, high] = bench.gain(model);
+        let [percent_of_excess_removed, low, high] = selection.gain(model);
         Gain { percent_of_excess_removed, low, high }
     });
     let mut diagnosis = Diagnosis {
         verdict: decision.verdict,
         causes,
         noise_floor: session.noise.sqrt(),
-        before: bench.nominal.mean_square().sqrt(),
+        before: selection.baseline.mean_square().sqrt(),
         after: after.mean_square().sqrt(),
         gain,
         next_experiment: words::next_experiment(&class, left_over.as_ref().map(|left| left.coordinate.as_str())),
         left_over,
         detail: Detail {
             horizon_s: session.horizon_s,
-            held_out_rollouts: bench.nominal.judged.errors.len(),
+            held_out_rollouts: selection.baseline.evaluation.errors.len(),
             fit_runs: session.fit.iter().map(|track| track.name.clone()).collect(),
             held_out_runs: session.held_out.iter().map(|track| track.name.clone()).collect(),
-            nominal: values::fitted(robot, &session.model, &bench.nominal.fit),
+            nominal: values::fitted(robot, &session.model, &selection.baseline.fit),
             extended,
-            candidates: candidates(robot, session, bench, named),
+            candidates: candidates(robot, session, selection, named),
             misfit_map,
-            traces: map::traces(session, bench.nominal, after),
-            rollout_errors: map::rollout_errors(bench.nominal, after),
+            traces: map::traces(session, selection.baseline, after),
+            rollout_errors: map::rollout_errors(selection.baseline, after),
             runs: map::runs(session),
             summary: Vec::new(),
         },
@@ -318,14 +322,19 @@ fn resembled(decision: &Decision, effect: Id) -> Vec<String> {
 }
 
 /// The evidence for every model that was tried, best first, the nominal one in front.
-fn candidates(robot: &Robot, session: &Session, bench: &Bench, named: Option<&Tried>) -> Vec<CandidateEvidence> {
-    let mut order: Vec<&Tried> = bench.tried.iter().collect();
+fn candidates(
+    robot: &Robot,
+    session: &Session,
+    selection: &Selection,
+    named: Option<&Candidate>,
+) -> Vec<CandidateEvidence> {
+    let mut order: Vec<&Candidate> = selection.candidates.iter().collect();
     order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
-    let is_named = |model: &Tried| named.is_some_and(|named| named.effects == model.effects);
+    let is_named = |model: &Candidate| named.is_some_and(|named| named.effects == model.effects);
     let mut out = vec![CandidateEvidence {
         effects: Vec::new(),
-        held_out_rmse: bench.nominal.mean_square().sqrt(),
-        ratio_to_floor: bench.ratio(bench.nominal),
+        held_out_rmse: selection.baseline.mean_square().sqrt(),
+        ratio_to_floor: selection.ratio(selection.baseline),
         improvement_percent: [0.0; 3],
         parameters: Vec::new(),
         speaks_for: Vec::new(),
@@ -333,13 +342,13 @@ fn candidates(robot: &Robot, session: &Session, bench: &Bench, named: Option<&Tr
         named: false,
     }];
     out.extend(order.into_iter().map(|model| {
-        let (speaks_for, speaks_against) = words::evidence(bench, model, named);
+        let (speaks_for, speaks_against) = words::evidence(selection, model, named);
         let own: BTreeMap<&str, ()> = model.effects.iter().map(|effect| (effect.name(), ())).collect();
         CandidateEvidence {
             effects: model.effects.iter().map(|effect| effect.name().to_owned()).collect(),
             held_out_rmse: model.mean_square().sqrt(),
-            ratio_to_floor: bench.ratio(model),
-            improvement_percent: bench.improvement(bench.nominal, model, 0.025).map(|share| 100.0 * share),
+            ratio_to_floor: selection.ratio(model),
+            improvement_percent: selection.improvement(selection.baseline, model, 0.025).map(|share| 100.0 * share),
             parameters: values::fitted(robot, &session.model, &model.fit)
                 .into_iter()
                 .filter(|one| one.path.split('.').nth(1).is_some_and(|table| own.contains_key(table)))

@@ -1,7 +1,7 @@
 //! Where the misfit lives: the held-out error against angle, speed, voltage and time, before and after.
 
 use super::rollout::residual;
-use super::search::Tried;
+use super::search::Candidate;
 use super::session::Session;
 use super::verdict::{LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample};
 use common::{quantile, wrap};
@@ -21,11 +21,11 @@ struct Point {
 /// Names of the coordinates, in order of [`Point::coordinates`].
 const NAMES: [&str; 5] = ["angle_rad", "speed_rad_per_s", "voltage_v", "time_s", "time_in_rollout_s"];
 
-fn points(session: &Session, before: &Tried, after: &Tried) -> Vec<Point> {
+fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point> {
     let mut out = Vec::new();
     for (index, track) in session.held_out.iter().enumerate() {
         let (simulated_before, simulated_after) =
-            (&before.judged.rolled[index].readings, &after.judged.rolled[index].readings);
+            (&before.evaluation.rolled[index].readings, &after.evaluation.rolled[index].readings);
         let volts = if track.drive_is_volts { 1.0 } else { session.model.rail_v };
         let mut offset = 0;
         for segment in &track.segments {
@@ -60,7 +60,7 @@ fn points(session: &Session, before: &Tried, after: &Tried) -> Vec<Point> {
 
 /// The curves, and where what is left after `after` is concentrated most.
 #[must_use]
-pub fn misfit_map(session: &Session, before: &Tried, after: &Tried) -> (Vec<MisfitCurve>, Option<LeftOver>) {
+pub fn misfit_map(session: &Session, before: &Candidate, after: &Candidate) -> (Vec<MisfitCurve>, Option<LeftOver>) {
     let points = points(session, before, after);
     let curves: Vec<MisfitCurve> = (0..NAMES.len()).map(|axis| curve(&points, axis)).collect();
     let left_over = curves
@@ -144,9 +144,9 @@ fn concentration(curve: &MisfitCurve, noise: f64) -> Option<(f64, LeftOver)> {
 
 /// RMS error of every held-out rollout before and after.
 #[must_use]
-pub fn rollout_errors(before: &Tried, after: &Tried) -> Vec<RolloutError> {
+pub fn rollout_errors(before: &Candidate, after: &Candidate) -> Vec<RolloutError> {
     let rms = |&(sum, freedom): &(f64, f64)| (sum / freedom).sqrt();
-    let pairs = before.judged.errors.iter().zip(&after.judged.errors);
+    let pairs = before.evaluation.errors.iter().zip(&after.evaluation.errors);
     pairs.map(|(before, after)| RolloutError { before: rms(before), after: rms(after) }).collect()
 }
 
@@ -173,14 +173,16 @@ pub fn runs(session: &Session) -> Vec<RunUse> {
 
 /// Held-out rollouts to look at: the one that was worst before, the worst after, and a typical one.
 #[must_use]
-pub fn traces(session: &Session, before: &Tried, after: &Tried) -> Vec<RolloutTrace> {
+pub fn traces(session: &Session, before: &Candidate, after: &Candidate) -> Vec<RolloutTrace> {
     let places: Vec<(usize, usize)> = session
         .held_out
         .iter()
         .enumerate()
         .flat_map(|(track, it)| (0..it.segments.len()).map(move |segment| (track, segment)))
         .collect();
-    let per = |tried: &Tried| -> Vec<f64> { tried.judged.errors.iter().map(|(sum, freedom)| sum / freedom).collect() };
+    let per = |candidate: &Candidate| -> Vec<f64> {
+        candidate.evaluation.errors.iter().map(|(sum, freedom)| sum / freedom).collect()
+    };
     let (sizes_before, sizes_after) = (per(before), per(after));
     let ranked = |sizes: &[f64]| {
         let mut order: Vec<usize> = (0..sizes.len()).collect();
@@ -201,14 +203,21 @@ pub fn traces(session: &Session, before: &Tried, after: &Tried) -> Vec<RolloutTr
 }
 
 /// A rollout with two on either side of it.
-fn trace(session: &Session, before: &Tried, after: &Tried, index: usize, centre: usize, why: &str) -> RolloutTrace {
+fn trace(
+    session: &Session,
+    before: &Candidate,
+    after: &Candidate,
+    index: usize,
+    centre: usize,
+    why: &str,
+) -> RolloutTrace {
     let track = &session.held_out[index];
     let (first, last) = (centre.saturating_sub(2), (centre + 2).min(track.segments.len() - 1));
     let mut offset: usize = track.segments[..first].iter().map(|segment| segment.last - segment.first).sum();
     let mut samples = Vec::new();
     for segment in &track.segments[first..=last] {
         for k in segment.first..segment.last {
-            let simulated = before.judged.rolled[index].readings[offset];
+            let simulated = before.evaluation.rolled[index].readings[offset];
             let measured = track.angle[k];
             // All three on the turn of the rollout before.
             let turn = |angle: f64| if segment.whole { angle } else { simulated + wrap(angle - simulated) };
@@ -217,7 +226,7 @@ fn trace(session: &Session, before: &Tried, after: &Tried, index: usize, centre:
                 starts: k == segment.first,
                 measured: (track.weight[k] > 0.0).then(|| turn(measured)),
                 before: simulated,
-                after: turn(after.judged.rolled[index].readings[offset]),
+                after: turn(after.evaluation.rolled[index].readings[offset]),
             });
             offset += 1;
         }

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use description::Robot;
+use robot_file::Robot;
 
 use super::*;
 

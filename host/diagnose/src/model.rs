@@ -114,7 +114,7 @@ impl Plant {
     /// Rolls out one segment from an angle and a speed at its first sample (at the time the sensor shows there, so a
     /// late reading is a late start). Writes where the wiper stands at each sample, and the current where asked; returns
     /// what the next segment starts with.
-    pub fn roll(
+    pub fn rollout(
         &self,
         track: &Track,
         segment: &Segment,

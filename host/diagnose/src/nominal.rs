@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use description::robot::{Quantity, Robot};
 use effects::{FitNumber, Id, Scale, Sizes};
 use hal_sim::plant::Plant as FilePlant;
+use robot_file::robot::{Quantity, Robot};
 
 use super::converter::ConverterError;
 use super::fit::Fit;

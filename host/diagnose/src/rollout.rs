@@ -32,7 +32,7 @@ pub struct Rolled {
 /// Rolls out every segment of a track. With `frozen`, segments start from those hidden states; else each from where the
 /// one before ended.
 #[must_use]
-pub fn roll(
+pub fn rollout(
     plant: &Plant,
     track: &Track,
     starts: &[[f64; 2]],
@@ -58,7 +58,8 @@ pub fn roll(
         };
         rolled.hidden.push(hidden);
         let currents = if with_current { Some(&mut rolled.currents[offset..=offset + length]) } else { None };
-        let end = plant.roll(track, segment, starts[i], hidden, &mut rolled.wipers[offset..offset + length], currents);
+        let end =
+            plant.rollout(track, segment, starts[i], hidden, &mut rolled.wipers[offset..offset + length], currents);
         carried = end.hidden;
         rolled.ends.push(end.shaft);
         offset += length;
@@ -144,7 +145,7 @@ pub fn refine(
     guesses: &[Vec<[f64; 2]>],
     rounds: usize,
 ) -> (Rolled, Vec<f64>) {
-    let mut rolled = roll(plant, track, starts, None, false);
+    let mut rolled = rollout(plant, track, starts, None, false);
     let mut errors = squared_errors(track, &rolled.readings);
     for guess in guesses {
         keep_better(plant, track, starts, guess, &mut rolled, &mut errors);
@@ -162,7 +163,7 @@ pub fn refine(
             keep_better(plant, track, starts, &half, &mut rolled, &mut errors);
         }
         // The hidden states follow the new starts.
-        rolled = roll(plant, track, starts, None, false);
+        rolled = rollout(plant, track, starts, None, false);
         errors = squared_errors(track, &rolled.readings);
         let after: f64 = errors.iter().sum();
         if (before - after).abs() <= 1e-4 * before {
@@ -201,7 +202,7 @@ fn keep_better(
     rolled: &mut Rolled,
     errors: &mut [f64],
 ) {
-    let trial = roll(plant, track, other, Some(&rolled.hidden), false);
+    let trial = rollout(plant, track, other, Some(&rolled.hidden), false);
     let trial_errors = squared_errors(track, &trial.readings);
     let mut offset = 0;
     for (i, segment) in track.segments.iter().enumerate() {
@@ -233,7 +234,7 @@ pub fn start_column(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &
             moved
         })
         .collect();
-    let mut column = roll(plant, track, &moved, Some(&rolled.hidden), false).readings;
+    let mut column = rollout(plant, track, &moved, Some(&rolled.hidden), false).readings;
     for (value, base) in column.iter_mut().zip(&rolled.readings) {
         *value = (*value - base) / STEP[axis];
     }

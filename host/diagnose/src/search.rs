@@ -1,29 +1,29 @@
 //! Tries the library: every effect on its own, then the most promising pairs, each fitted jointly with the file's own
 //! numbers and judged on the held-out runs.
 
-use description::robot::Robot;
 use effects::{Acts, Id};
 use rayon::prelude::*;
+use robot_file::robot::Robot;
 
 use super::fit::Fit;
-use super::session::{Judged, Session};
+use super::session::{Evaluation, Session};
 
 /// A model that was tried.
 #[derive(Clone, Debug)]
-pub struct Tried {
+pub struct Candidate {
     /// Effects added to the file's model.
     pub effects: Vec<Id>,
     /// Its fit.
     pub fit: Fit,
     /// How it does on the held-out runs.
-    pub judged: Judged,
+    pub evaluation: Evaluation,
 }
 
-impl Tried {
+impl Candidate {
     /// Held-out mean square error, rad².
     #[must_use]
     pub fn mean_square(&self) -> f64 {
-        self.judged.mean_square()
+        self.evaluation.mean_square()
     }
 }
 
@@ -61,12 +61,12 @@ pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
 #[must_use]
 pub fn singles(
     session: &Session,
-    nominal: &Tried,
+    baseline: &Candidate,
     effects: &[Id],
     briefly: bool,
     done: &(dyn Fn() + Sync),
-) -> Vec<Tried> {
-    let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &nominal.fit)).collect();
+) -> Vec<Candidate> {
+    let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &baseline.fit)).collect();
     try_all(session, &wanted, briefly, MOST.0, done)
 }
 
@@ -78,7 +78,7 @@ fn try_all(
     briefly: bool,
     most: usize,
     done: &(dyn Fn() + Sync),
-) -> Vec<Tried> {
+) -> Vec<Candidate> {
     let looks: Vec<Fit> = wanted
         .par_iter()
         .map(|(effects, from)| {
@@ -103,38 +103,38 @@ fn try_all(
         .filter(|(_, excess)| **excess <= bar)
         .filter_map(|((effects, _), _)| simpler(effects))
         .collect();
-    let mut tried: Vec<Tried> = looks
+    let mut candidates: Vec<Candidate> = looks
         .into_par_iter()
         .zip(wanted)
         .zip(excess)
         .map(|((look, (effects, _)), excess)| {
             let promising = excess <= bar || contained.contains(effects);
             let fit = if promising && !briefly { session.finish(look, ROUNDS, TOLERANCE) } else { look };
-            let judged = session.judge(&fit);
+            let evaluation = session.evaluate(&fit);
             done();
-            Tried { effects: effects.clone(), fit, judged }
+            Candidate { effects: effects.clone(), fit, evaluation }
         })
         .collect();
     if !briefly {
-        level(session, &mut tried);
+        level(session, &mut candidates);
     }
-    tried
+    candidates
 }
 
 /// Of two effects of which one contains the other, as Stribeck friction does Coulomb friction, each is fitted once more from
 /// where the other ended, where that promises more, so that neither wins by the luck of its starting point.
-fn level(session: &Session, tried: &mut [Tried]) {
-    for rich in 0..tried.len() {
-        let Some(simple) = simpler(&tried[rich].effects) else { continue };
-        let Some(simple) = tried.iter().position(|one| one.effects == simple) else { continue };
+fn level(session: &Session, candidates: &mut [Candidate]) {
+    for rich in 0..candidates.len() {
+        let Some(simple) = simpler(&candidates[rich].effects) else { continue };
+        let Some(simple) = candidates.iter().position(|one| one.effects == simple) else { continue };
         for (from, to) in [(rich, simple), (simple, rich)] {
             // Within a per mille they agree already; far apart, it is no matter of starting points.
-            let ratio = tried[to].mean_square() / tried[from].mean_square();
-            if ratio > 1.002 && tried[from].mean_square() < NEAR * session.noise {
-                let again = session.again(&tried[to].effects, &tried[from].fit, ROUNDS, TOLERANCE);
-                let judged = session.judge(&again);
-                if judged.mean_square() < tried[to].mean_square() {
-                    tried[to] = Tried { effects: tried[to].effects.clone(), fit: again, judged };
+            let ratio = candidates[to].mean_square() / candidates[from].mean_square();
+            if ratio > 1.002 && candidates[from].mean_square() < NEAR * session.noise {
+                let again = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE);
+                let evaluation = session.evaluate(&again);
+                if evaluation.mean_square() < candidates[to].mean_square() {
+                    candidates[to] = Candidate { effects: candidates[to].effects.clone(), fit: again, evaluation };
                 }
             }
         }
@@ -156,8 +156,8 @@ fn simpler(effects: &[Id]) -> Option<Vec<Id>> {
 
 /// Fits and judges pairs of the best single effects.
 #[must_use]
-pub fn pairs(session: &Session, singles: &[Tried]) -> Vec<Tried> {
-    let mut order: Vec<&Tried> = singles.iter().collect();
+pub fn pairs(session: &Session, singles: &[Candidate]) -> Vec<Candidate> {
+    let mut order: Vec<&Candidate> = singles.iter().collect();
     order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let mut wanted: Vec<(Vec<Id>, &Fit)> = Vec::new();
     for (i, first) in order.iter().enumerate() {
@@ -175,7 +175,7 @@ pub fn pairs(session: &Session, singles: &[Tried]) -> Vec<Tried> {
         .filter_map(|(effects, _)| simpler(effects))
         .filter(|pair| pair[0] != pair[1] && !wanted.iter().any(|(effects, _)| effects == pair))
         .filter_map(|pair| {
-            let alone = order.iter().find(|tried| pair.contains(&tried.effects[0]))?;
+            let alone = order.iter().find(|candidates| pair.contains(&candidates.effects[0]))?;
             Some((pair, &alone.fit))
         })
         .collect();

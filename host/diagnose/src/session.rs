@@ -1,7 +1,7 @@
 //! One diagnosis at work: the runs made ready, the noise floor, and fits and judgements of models on them.
 
-use description::robot::Robot;
 use effects::Id;
+use robot_file::robot::Robot;
 
 use super::blind_arc;
 use super::current::{self, current_noise};
@@ -50,7 +50,7 @@ const COARSE: (usize, usize) = (15, 3);
 
 /// How a model does on the held-out runs.
 #[derive(Clone, Debug)]
-pub struct Judged {
+pub struct Evaluation {
     /// Rollouts by track.
     pub rolled: Vec<Rolled>,
     /// Squared error and degrees of freedom of each rollout, all tracks end to end.
@@ -59,7 +59,7 @@ pub struct Judged {
     pub starts: Starts,
 }
 
-impl Judged {
+impl Evaluation {
     /// Mean square error, rad².
     #[must_use]
     pub fn mean_square(&self) -> f64 {
@@ -106,9 +106,9 @@ impl Session {
             session.cut(options)?;
         }
         session.sigma_current = current_noise(&session.fit);
-        let nominal = session.settle();
+        let baseline = session.settle();
         session.thin();
-        Ok((session, nominal))
+        Ok((session, baseline))
     }
 
     /// Drops what the sensor shows in its blind arc, by the file's own model.
@@ -172,7 +172,7 @@ impl Session {
         let plant = fit.plant(&self.model);
         let mut sizes: Vec<f64> = Vec::new();
         for (track, starts) in self.fit.iter().zip(&fit.starts).filter(|(track, _)| !track.current.is_empty()) {
-            let rolled = rollout::roll(&plant, track, starts, None, true);
+            let rolled = rollout::rollout(&plant, track, starts, None, true);
             sizes.extend(current::current_residuals(track, &rolled).map(|(_, left)| left.abs()));
         }
         self.sigma_current = Some(3.0 * noise.max(1.4826 * common::median(&mut sizes).unwrap_or(0.0)));
@@ -270,36 +270,36 @@ impl Session {
     /// Judges a model by free rollouts on the held-out runs. The start (angle and speed) of each rollout is fitted to
     /// the readings of that rollout, from several first guesses; two degrees of freedom are booked for it.
     #[must_use]
-    pub fn judge(&self, fit: &Fit) -> Judged {
+    pub fn evaluate(&self, fit: &Fit) -> Evaluation {
         let plant = fit.plant(&self.model);
         let mut starts = self.guesses[0].clone();
-        let judged = rollout::refine_all(&plant, &self.held_out, &mut starts, &self.guesses[1..], 6);
+        let evaluation = rollout::refine_all(&plant, &self.held_out, &mut starts, &self.guesses[1..], 6);
         let mut errors = Vec::new();
         let mut rolled = Vec::new();
-        for (track, (rollouts, sums)) in self.held_out.iter().zip(judged) {
+        for (track, (rollouts, sums)) in self.held_out.iter().zip(evaluation) {
             for (segment, sum) in track.segments.iter().zip(sums) {
                 let readings: f64 = track.weight[segment.first..segment.last].iter().sum();
                 errors.push((sum, (readings - 2.0).max(1.0)));
             }
             rolled.push(rollouts);
         }
-        Judged { rolled, errors, starts }
+        Evaluation { rolled, errors, starts }
     }
 
     /// Mean square noise about a judged model's rollouts, rad².
     #[must_use]
-    pub fn scatter_about(&self, judged: &Judged) -> f64 {
+    pub fn scatter_about(&self, evaluation: &Evaluation) -> f64 {
         let scatters: Vec<Scatter> =
-            self.held_out.iter().zip(&judged.rolled).map(|(track, rolled)| floor::scatter(track, rolled)).collect();
+            self.held_out.iter().zip(&evaluation.rolled).map(|(track, rolled)| floor::scatter(track, rolled)).collect();
         Scatter::mean_square(&scatters).max(LEAST_NOISE * LEAST_NOISE)
     }
 
     /// Keeps the starts of a judgement as a first guess for the next.
-    pub fn remember(&mut self, judged: &Judged) {
+    pub fn remember(&mut self, evaluation: &Evaluation) {
         if self.guesses.len() < 3 {
-            self.guesses.push(judged.starts.clone());
+            self.guesses.push(evaluation.starts.clone());
         } else {
-            self.guesses[2] = judged.starts.clone();
+            self.guesses[2] = evaluation.starts.clone();
         }
     }
 }

@@ -237,7 +237,7 @@ fn threads_do_not_change_the_outcome() {
 fn the_extended_file_has_the_cause_and_simulates() {
     let diagnosis = diagnosed(&changed(|rig| rig.shaft.laws = coulomb(1e-4)), 3);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-linear.toml");
-    let mut document = description::edit::Document::load(&path).unwrap();
+    let mut document = robot_file::edit::Document::load(&path).unwrap();
     extend(&mut document, &diagnosis, "test").unwrap();
     let robot = document.robot().unwrap();
     let quantity = |key| robot.effects.quantity("coulomb_friction", key).unwrap();
@@ -259,7 +259,7 @@ fn a_robots_load_stays_its_eccentrics() {
     // The same motor, in the robot.
     let text = text.replace(", \"body\", \"backbone\", \"eccentric\", \"feet\", \"ground\"", "");
     let text = text.replace("inertia_kg_m2 = { value = 2.5e-7", "inertia_kg_m2 = { value = 3.03375e-7");
-    let mut document = description::edit::Document::parse(&text, &path.display().to_string()).unwrap();
+    let mut document = robot_file::edit::Document::parse(&text, &path.display().to_string()).unwrap();
     let robot = document.robot().unwrap();
     assert!(robot.eccentric.is_some());
     let (rig, runs) = (Rig::off(), Rig::off().runs(5));

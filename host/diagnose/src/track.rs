@@ -1,9 +1,9 @@
 //! A recording made ready for rollouts: angles on one scale, inputs integrated, the run cut into segments.
 
 use common::{quantile, wrap};
-use description::angle_code::{AdcCurve, Track as Element, angle_scale, corrected_angle};
-use description::robot::{Potentiometer, Robot, Sensor};
 use hal_sim::driver::Driver;
+use robot_file::angle_code::{AdcCurve, Track as Element, angle_scale, corrected_angle};
+use robot_file::robot::{Potentiometer, Robot, Sensor};
 
 use super::DiagnoseError;
 use super::blind_arc::drop_jumps;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use common::wrap;
-use description::robot::{Quantity, Robot};
 use effects::Id;
+use robot_file::robot::{Quantity, Robot};
 
 use super::fit::Fit;
 use super::nominal::FileModel;

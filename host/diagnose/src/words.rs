@@ -2,16 +2,16 @@
 
 use effects::{Id, Scale};
 
-use super::judge::{Bench, REACHES};
-use super::search::Tried;
+use super::search::Candidate;
+use super::selection::{REACHES, Selection};
 use super::verdict::{Diagnosis, Verdict};
 
 /// What speaks for and against a model.
 #[must_use]
-pub fn evidence(bench: &Bench, model: &Tried, named: Option<&Tried>) -> (Vec<String>, Vec<String>) {
+pub fn evidence(selection: &Selection, model: &Candidate, named: Option<&Candidate>) -> (Vec<String>, Vec<String>) {
     let (mut speaks_for, mut against) = (Vec::new(), Vec::new());
-    let ratio = bench.ratio(model);
-    let [value, low, high] = bench.improvement(bench.nominal, model, 0.025).map(|share| 100.0 * share);
+    let ratio = selection.ratio(model);
+    let [value, low, high] = selection.improvement(selection.baseline, model, 0.025).map(|share| 100.0 * share);
     if low > 0.0 && value >= 1.0 {
         speaks_for.push(format!("removes {value:.0} % ({low:.0} to {high:.0}) of the held-out error"));
     } else {
@@ -24,14 +24,14 @@ pub fn evidence(bench: &Bench, model: &Tried, named: Option<&Tried>) -> (Vec<Str
         against.push(format!("leaves {ratio:.2} times the noise floor"));
     }
     if let Some(named) = named {
-        let [behind, low, _] = bench.improvement(model, named, 0.025).map(|share| 100.0 * share);
+        let [behind, low, _] = selection.improvement(model, named, 0.025).map(|share| 100.0 * share);
         if low > 0.0 && behind > 1.0 {
             against.push(format!("{} leaves {behind:.0} % less", list(&named.effects)));
         } else if named.effects != model.effects {
             speaks_for.push(format!("as good as {} on these runs", list(&named.effects)));
         }
     }
-    for (i, free) in model.fit.free.iter().enumerate().skip(bench.nominal.fit.free.len()) {
+    for (i, free) in model.fit.free.iter().enumerate().skip(selection.baseline.fit.free.len()) {
         let at = model.fit.coordinates[i];
         if at <= free.coordinate(free.low) && matches!(free.scale, Scale::Linear(_)) {
             against.push(format!("its fit sets {} to the lower bound", free.words));

@@ -33,14 +33,14 @@ pub enum LinkError {
          the robot"
     ))]
     Version {
-        /// The dongle's.
+        /// Protocol version of the dongle.
         dongle: u32,
     },
     /// The dongle has stopped answering.
     #[error("the dongle has been silent for {:.1} s", silent.as_secs_f64())]
     #[diagnostic(help("unplug the dongle, plug it in again and repeat the command"))]
     DongleSilent {
-        /// For so long.
+        /// Time without a frame.
         silent: Duration,
     },
     /// The robots obey another dongle.
@@ -63,7 +63,7 @@ pub enum LinkError {
          project's partitions.csv"
     ))]
     NotPaired {
-        /// Which.
+        /// Address of the robot.
         address: Address,
     },
     /// A robot of another version.
@@ -74,16 +74,16 @@ pub enum LinkError {
     )]
     #[diagnostic(help("build all from one state of the project: `cargo flash-robot esp32` (or esp32c3)"))]
     RobotVersion {
-        /// Which.
+        /// Address of the robot.
         address: Address,
-        /// Its version.
+        /// Protocol version of the robot.
         robot: u32,
     },
     /// The robot on the cable is of another version.
     #[error("the robot speaks version {robot:08x} of the messages, this program version {:08x}", protocol::VERSION)]
     #[diagnostic(help("build both from one state of the project: `cargo flash-robot esp32` (or esp32c3)"))]
     CabledVersion {
-        /// Its version.
+        /// Protocol version of the robot.
         robot: u32,
     },
     /// Nothing that could be a robot.
@@ -100,7 +100,7 @@ pub enum LinkError {
          must be of one version and on one channel"
     ))]
     NoRobot {
-        /// Who.
+        /// Name or address that was asked for.
         wanted: String,
         /// The dongle's channel.
         channel: u8,
@@ -111,14 +111,14 @@ pub enum LinkError {
     #[error("more than one robot is heard: {robots}")]
     #[diagnostic(help("name one with --address, or switch the others off"))]
     ManyRobots {
-        /// Which.
+        /// Names of the robots that are heard.
         robots: String,
     },
     /// The robot has stopped sending.
     #[error("the robot has been silent for {:.1} s", silent.as_secs_f64())]
     #[diagnostic(help("its battery, its range, or its supply under load: is the LED still on?"))]
     RobotSilent {
-        /// For so long.
+        /// Time without a frame.
         silent: Duration,
     },
     /// Its tick numbers went back.
@@ -128,21 +128,21 @@ pub enum LinkError {
          capacitor at the bridge"
     ))]
     RobotRestarted {
-        /// What it said.
+        /// Reason that the robot gives.
         why: Option<&'static str>,
     },
     /// The supervisor cut the bridge.
     #[error("the robot stopped itself: {}", super::fault(*fault).0)]
     #[diagnostic(help("{}", super::fault(*fault).1))]
     Fault {
-        /// Why.
+        /// Cause of the fault.
         fault: Fault,
     },
     /// The robot says no.
     #[error("the robot refuses: {}", super::refusal(*refusal))]
     #[diagnostic(help("{}", refusal_help(*refusal)))]
     Refused {
-        /// Why.
+        /// Why the robot refuses.
         refusal: Refusal,
     },
     /// It hears and does not drive.
@@ -158,7 +158,7 @@ pub enum LinkError {
     #[error("the robot that answers is `{name}`; the robot file describes `{expected}`")]
     #[diagnostic(help("name its own file with --robot, or another robot with --address"))]
     OtherRobot {
-        /// What it says.
+        /// Name that the robot gives.
         name: String,
         /// What the file says.
         expected: String,
@@ -169,7 +169,7 @@ pub enum LinkError {
     OtherTick {
         /// By this computer's clock.
         measured_ms: f64,
-        /// By the file.
+        /// Control period of the robot file, ms.
         expected_ms: f64,
     },
     /// A person said stop.

@@ -1,13 +1,13 @@
-//! Waiting for a robot, and for an order's end.
+//! Waiting for a robot, and for a command's end.
 
 use std::time::Duration;
 
 use control::protocol::dongle::Address;
-use control::protocol::radio::What;
+use control::protocol::radio::Request;
 
 use super::{Event, Heard, Line, LinkError, Outcome, RobotId, Session, words};
 
-/// Others may come for so long after the first robot.
+/// Time after the first robot in which others may answer.
 const SETTLE: Duration = Duration::from_millis(700);
 
 impl<L: Line> Session<L> {
@@ -41,12 +41,12 @@ impl<L: Line> Session<L> {
         Err(self.nobody(wanted))
     }
 
-    /// Orders something and waits for its end. Everything that happens meanwhile goes to `heard`.
+    /// Commands something and waits for its end. Everything that happens meanwhile goes to `heard`.
     ///
     /// # Errors
     /// The line breaks.
-    pub fn ask(&mut self, id: RobotId, what: What, mut heard: impl FnMut(&Heard)) -> Result<Outcome, LinkError> {
-        let asked = self.order(id, what);
+    pub fn ask(&mut self, id: RobotId, request: Request, mut heard: impl FnMut(&Heard)) -> Result<Outcome, LinkError> {
+        let asked = self.request(id, request);
         loop {
             let Some(happened) = self.poll()? else { continue };
             heard(&happened);

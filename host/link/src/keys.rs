@@ -36,7 +36,7 @@ pub enum KeysError {
     #[diagnostic(help("whoever has the keys can drive the robots: `chmod 600 {}`, and pair again if somebody may have \
                        read them", path.display()))]
     Exposed {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// Its mode.
         mode: u32,
@@ -45,16 +45,16 @@ pub enum KeysError {
     #[error("{}: {source}", path.display())]
     #[diagnostic(help("check the name after --keys, and that you may read and write there"))]
     Io {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// It holds something else. What, is not said: it may be half a key.
     #[error("{}:{line}: this is no file of keys", path.display())]
     #[diagnostic(help("it is written by `scram pair`: restore it, or move it away and pair the robots again"))]
     Malformed {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// The line of the first mistake, from 1.
         line: usize,
@@ -70,7 +70,7 @@ pub enum KeysError {
 pub struct KnownRobot {
     /// Its name, from its robot file.
     pub name: String,
-    /// Its radio address.
+    /// ESP-NOW (MAC) address.
     pub address: Address,
     /// What its firmware keeps.
     pub pairing: Pairing,

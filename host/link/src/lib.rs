@@ -1,4 +1,4 @@
-//! Robots through a dongle: a [`Session`] on a serial line carries orders out and telemetry in, with the [`Keys`] of the
+//! Robots through a dongle: a [`Session`] on a serial line carries commands out and telemetry in, with the [`Keys`] of the
 //! robots that obey this console; a [`Recorder`] makes a recording of the telemetry, and [`spin`] is one run at constant duty
 //! that ends with the bridge off. The protocol: `docs/link.md`.
 //!
@@ -9,14 +9,14 @@
 //! use std::time::Duration;
 //!
 //! use control::Command;
-//! use control::protocol::radio::What;
+//! use control::protocol::radio::Request;
 //! use link::{Keys, KnownRobot, Outcome, Session, nonces};
-//! use workbench::bench::Bench;
-//! use workbench::host_end::HostEnd;
-//! use workbench::setup::{DONGLE, Setup, address, pairing};
+//! use testbed::bench::Bench;
+//! use testbed::host_end::HostEnd;
+//! use testbed::setup::{DONGLE, Setup, address, pairing};
 //!
 //! // A simulated dongle and robot; of real ones `SerialLine::open` is the line and `Keys::load` has the keys.
-//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let robot = robot_file::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
 //! let line = HostEnd::new(Bench::new(Setup::new(&robot, 1, 5)?));
 //! let known = KnownRobot { name: "scram-1".into(), address: address(0), pairing: pairing(DONGLE, 5, 0) };
 //! let keys = Keys::of(pairing(DONGLE, 5, 0).primary, vec![known]);
@@ -24,7 +24,7 @@
 //! let patience = Duration::from_secs(3);
 //! let mut session = Session::open(line, &keys, nonces()?, patience)?;
 //! let robot = session.find(None, patience)?;
-//! assert_eq!(session.ask(robot, What::Command(Command::ClearFault), |_| ())?, Outcome::Done(None));
+//! assert_eq!(session.ask(robot, Request::Command(Command::ClearFault), |_| ())?, Outcome::Done(None));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -93,7 +93,7 @@ pub fn nonces() -> Result<Box<dyn FnMut() -> Nonce + Send>, KeysError> {
 }
 
 /// A dongle on the test bench, in virtual time.
-impl Line for workbench::host_end::HostEnd {
+impl Line for testbed::host_end::HostEnd {
     fn now(&self) -> Duration {
         self.now()
     }

@@ -5,12 +5,12 @@ use std::time::Duration;
 use control::protocol::VERSION;
 use control::protocol::dongle::Address;
 use control::protocol::frame::{self, Deframer};
-use control::protocol::pairing::{FromRobot, Pairing, ToRobot};
+use control::protocol::pairing::{Pairing, PairingReply, PairingRequest};
 
 use super::session::{greet, is_wait};
 use super::{Line, LinkError};
 
-/// `Hello` is repeated so often: opening the port may have restarted the robot.
+/// Interval at which `Hello` is repeated: opening the port may have restarted the robot.
 const HELLO: Duration = Duration::from_millis(300);
 /// Keeping a pairing may erase two pages of the flash, 400 ms each.
 const KEEPING: Duration = Duration::from_secs(3);
@@ -27,7 +27,7 @@ pub fn dongle_address(line: impl Line, patience: Duration) -> Result<Address, Li
 pub struct Cabled<L> {
     line: L,
     deframer: Deframer,
-    /// Its radio address.
+    /// ESP-NOW (MAC) address.
     pub address: Address,
     /// Its name.
     pub name: String,
@@ -45,11 +45,11 @@ impl<L: Line> Cabled<L> {
         let mut robot = Self { line, deframer, address: [0; 6], name: String::new(), console: None };
         let start = robot.line.now();
         while robot.line.now().saturating_sub(start) < patience {
-            match robot.exchange(&ToRobot::Hello, HELLO)? {
-                Some(FromRobot::Hello { version, .. }) if version != VERSION => {
+            match robot.exchange(&PairingRequest::Hello, HELLO)? {
+                Some(PairingReply::Hello { version, .. }) if version != VERSION => {
                     return Err(LinkError::CabledVersion { robot: version });
                 }
-                Some(FromRobot::Hello { address, name, console, .. }) => {
+                Some(PairingReply::Hello { address, name, console, .. }) => {
                     (robot.address, robot.name, robot.console) = (address, name.as_str().to_owned(), console);
                     return Ok(robot);
                 }
@@ -64,7 +64,7 @@ impl<L: Line> Cabled<L> {
     /// # Errors
     /// It drives, or its flash keeps nothing; the line breaks.
     pub fn pair(mut self, pairing: &Pairing) -> Result<(), LinkError> {
-        self.keep(&ToRobot::Pair(pairing.clone()))
+        self.keep(&PairingRequest::Pair(pairing.clone()))
     }
 
     /// Makes the robot obey nobody. It boots then.
@@ -72,19 +72,19 @@ impl<L: Line> Cabled<L> {
     /// # Errors
     /// As [`Cabled::pair`].
     pub fn forget(mut self) -> Result<(), LinkError> {
-        self.keep(&ToRobot::Forget)
+        self.keep(&PairingRequest::Forget)
     }
 
-    fn keep(&mut self, request: &ToRobot) -> Result<(), LinkError> {
+    fn keep(&mut self, request: &PairingRequest) -> Result<(), LinkError> {
         match self.exchange(request, KEEPING)? {
-            Some(FromRobot::Kept) => Ok(()),
-            Some(FromRobot::NotKept) => Err(LinkError::NotPaired { address: self.address }),
+            Some(PairingReply::Kept) => Ok(()),
+            Some(PairingReply::NotKept) => Err(LinkError::NotPaired { address: self.address }),
             _ => Err(LinkError::NoCabledRobot),
         }
     }
 
     /// Asks, and waits for an answer of the kind; answers to earlier questions are passed over.
-    fn exchange(&mut self, request: &ToRobot, patience: Duration) -> Result<Option<FromRobot>, LinkError> {
+    fn exchange(&mut self, request: &PairingRequest, patience: Duration) -> Result<Option<PairingReply>, LinkError> {
         let mut buffer = [0; frame::LONGEST + 1];
         let Ok(bytes) = frame::encode(request, &mut buffer) else { return Ok(None) };
         // The first zero ends what the robot may have taken for the beginning of a frame.
@@ -104,8 +104,8 @@ impl<L: Line> Cabled<L> {
                 Err(error) => return Err(LinkError::Line(error)),
             };
             for byte in &bytes[..count] {
-                let Some(Ok(answer)) = self.deframer.push::<FromRobot>(*byte) else { continue };
-                if matches!(answer, FromRobot::Hello { .. }) == matches!(request, ToRobot::Hello) {
+                let Some(Ok(answer)) = self.deframer.push::<PairingReply>(*byte) else { continue };
+                if matches!(answer, PairingReply::Hello { .. }) == matches!(request, PairingRequest::Hello) {
                     return Ok(Some(answer));
                 }
             }

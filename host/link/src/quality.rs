@@ -7,7 +7,7 @@ use control::protocol::radio::Echo;
 
 /// What is looked back at.
 const WINDOW: Duration = Duration::from_secs(2);
-/// Orders whose echo is waited for.
+/// Commands whose echo is waited for.
 const ORDERS: usize = 64;
 /// Round trips whose median counts.
 const TRIPS: usize = 15;
@@ -19,7 +19,7 @@ pub struct Quality {
     pub rate_hz: f64,
     /// Share of its frames that is missing, 0 … 1; `None` while nothing comes.
     pub loss: Option<f64>,
-    /// Round trip of an order and its echo, median; `None` before the first.
+    /// Round trip of a command and its echo, median; `None` before the first.
     pub round_trip: Option<Duration>,
     /// Strength of its latest signal, dBm.
     pub rssi_dbm: Option<i8>,
@@ -42,7 +42,7 @@ impl Meter {
         self.echoed = None;
     }
 
-    /// An order was handed to the dongle.
+    /// A command was handed to the dongle.
     pub fn sent(&mut self, counter: u32, now: Duration) {
         if self.orders.len() == ORDERS {
             self.orders.pop_front();
@@ -50,13 +50,13 @@ impl Meter {
         self.orders.push_back((counter, now));
     }
 
-    /// A frame came.
+    /// Counts a frame that has arrived.
     pub fn received(&mut self, now: Duration, missing: u32, echo: &Echo) {
         self.frames.push_back((now, missing));
         while self.frames.front().is_some_and(|(at, _)| now.saturating_sub(*at) > WINDOW) {
             self.frames.pop_front();
         }
-        // Only the first echo of an order: later ones are as old as the orders are apart.
+        // Only the first echo of a command: later ones are as old as the commands are apart.
         if self.echoed == Some(echo.counter) {
             return;
         }

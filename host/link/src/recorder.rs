@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use control::protocol::radio::{Batch, Row};
+use control::protocol::radio::{Batch, PackedTick};
 
 use super::LinkError;
 use recording::{AngleReading, Drive, Recording};
@@ -17,10 +17,10 @@ const CLOCK_SPAN_S: f64 = 1.0;
 #[derive(Clone, Debug, Default)]
 pub struct Recorder {
     /// Ticks since the first one received, and what they hold.
-    rows: Vec<(u64, Row)>,
+    rows: Vec<(u64, PackedTick)>,
     /// Number of the tick that comes next, as the robot counts.
     expected: Option<u32>,
-    /// Since the first.
+    /// Control periods since the first batch.
     passed: u64,
     lost: u64,
     gaps: u64,
@@ -60,7 +60,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Ticks received.
+    /// Number of ticks received.
     #[must_use]
     pub fn received(&self) -> u64 {
         self.rows.len() as u64
@@ -104,7 +104,7 @@ impl Recorder {
     /// What was received; a lost tick is a gap in the times.
     #[must_use]
     pub fn recording(&self, tick_s: f64) -> Recording {
-        let duty = |row: &Row| f64::from(row.duty().unwrap_or(0.0));
+        let duty = |row: &PackedTick| f64::from(row.duty().unwrap_or(0.0));
         let has_second = !self.rows.is_empty() && self.rows.iter().all(|(_, row)| row.second.is_some());
         let seconds = self.rows.iter().filter(|_| has_second).map(|(_, row)| row.second);
         Recording {
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     fn batch(first_tick: u32, duty: Option<i16>) -> Batch {
-        let rows = (0..BATCH).map(|i| Row { code: i as u16, duty, ..Row::default() }).collect();
+        let rows = (0..BATCH).map(|i| PackedTick { code: i as u16, duty, ..PackedTick::default() }).collect();
         Batch {
             first_tick,
             time_us: 1000 * u64::from(first_tick),

@@ -6,36 +6,38 @@ use std::time::Duration;
 use control::Refusal;
 use control::protocol::dongle::{Address, Payload, RadioKey};
 use control::protocol::pairing::Pairing;
-use control::protocol::radio::{Answer, Batch, Do, Echo, FromRobot, LONGEST, Status, Telling, ToRobot, Value, What};
+use control::protocol::radio::{
+    Answer, Batch, Downlink, Echo, LONGEST, Report, Request, RequestFrame, Status, Uplink, Value,
+};
 use control::protocol::secure::{Caller, Kind, Nonce, Opener, Rejected, Sealer, kind, robot_nonce};
 
 use super::quality::{Meter, Quality};
 
-/// Heartbeats come so often: a fifth of the time after which the robot slows down.
+/// Interval between heartbeats: a fifth of the time after which the robot slows down.
 const HEARTBEAT: Duration = Duration::from_millis(50);
-/// A robot that has not been heard for so long gets no heartbeat: whoever drives would not see what it does.
+/// Silence of a robot after which it gets no heartbeat: whoever drives would not see what it does.
 const FRESH: Duration = Duration::from_millis(250);
-/// A robot that has not been heard for so long has gone: whatever it was doing, it has stopped by itself before.
+/// Silence of a robot after which its session is over: it has stopped by itself before.
 const GONE: Duration = Duration::from_millis(1000);
 /// A call to a robot that was heard lately, and to one that was not: each takes the radio some 20 ms of retries.
 const CALL: Duration = Duration::from_millis(100);
 const CALL_SELDOM: Duration = Duration::from_millis(500);
-/// An order is repeated so often until it is answered.
+/// Interval at which a request is repeated until it is answered.
 const REPEAT: Duration = Duration::from_millis(30);
-/// The robot must begin with an order within this time, on its own clock.
+/// Time within which the robot must begin with a request, on its own clock, ms.
 const DEADLINE_MS: u32 = 500;
-/// An order that is not answered for so long is given up, and the robot stopped: then it is known what it does.
+/// Time without an answer after which a request is given up and the robot stopped: then it is known what it does.
 const GIVE_UP: Duration = Duration::from_millis(900);
 /// The same for what is written to the flash, which may have pages to erase.
 const GIVE_UP_SAVING: Duration = Duration::from_secs(5);
 /// A robot's clock does not leap; this computer has slept if it seems to.
 const SLEPT_MS: f64 = 1000.0;
-/// `Stop` is repeated so often until telemetry says that the bridge is off.
+/// Interval at which `Stop` is repeated until telemetry says that the bridge is off.
 const STOP: Duration = Duration::from_millis(10);
-/// The robot's clock may be slower than this one by so much: 200 µs a second, ten times what its crystal allows.
+/// Rate by which the robot's clock may be slower than this one: 200 µs a second, ten times what its crystal allows.
 const DRIFT: f64 = 2e-4;
 
-/// What became of an order.
+/// Outcome of a request.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     /// Done, with the parameter where one was asked for.
@@ -59,19 +61,19 @@ pub enum Event {
     Present,
     /// It has not been heard for a second.
     Lost,
-    /// Some ticks.
+    /// Telemetry of up to ten control periods.
     Telemetry(Batch),
-    /// Its health.
+    /// Status, once a second.
     Status(Status),
-    /// The end of an order.
+    /// Outcome of a request.
     Answered {
-        /// As [`super::Session::order`] gave it.
+        /// As [`super::Session::request`] gave it.
         number: u16,
-        /// What was ordered.
-        what: What,
+        /// The request.
+        request: Request,
         /// The robot's control period in which it was done or refused; `None` where the robot did not answer.
         tick: Option<u32>,
-        /// How it ended.
+        /// Outcome.
         outcome: Outcome,
     },
     /// After `Stop`: the bridge is off.
@@ -80,11 +82,11 @@ pub enum Event {
     OtherVersion(u32),
 }
 
-/// In the order of urgency.
+/// Kinds of frames, most urgent first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Urgency {
     Stop,
-    Order,
+    Request,
     Heartbeat,
     Hello,
 }
@@ -96,7 +98,7 @@ pub struct Robot {
     address: Address,
     pairing: Pairing,
     phase: Phase,
-    orders: VecDeque<Waiting>,
+    requests: VecDeque<PendingRequest>,
     stop: Option<Stop>,
     number: u16,
     telemetry: Option<Batch>,
@@ -107,7 +109,7 @@ pub struct Robot {
     /// This computer has slept, or the robot's clock has leaped: whatever was going on is over.
     out_of_time: bool,
     uptime: Option<Uptime>,
-    /// Its clock in its latest telling.
+    /// Its clock in its latest uplink.
     told_ms: Option<u32>,
     rssi: Option<i8>,
     heard: Option<Duration>,
@@ -133,9 +135,9 @@ struct Talk {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Waiting {
+struct PendingRequest {
     number: u16,
-    what: What,
+    request: Request,
     /// Set when its turn comes.
     begun: Option<Begun>,
 }
@@ -163,7 +165,7 @@ impl Stop {
     }
 }
 
-/// The robot's clock: `uptime_ms` at `at`, behind by the time that the telling took.
+/// The robot's clock: `uptime_ms` at `at`, behind by the time that the uplink took.
 #[derive(Clone, Copy, Debug)]
 struct Uptime {
     ms: f64,
@@ -179,7 +181,7 @@ impl Robot {
             address,
             pairing,
             phase: Phase::Calling { caller, due: now },
-            orders: VecDeque::new(),
+            requests: VecDeque::new(),
             stop: None,
             // Another one than an earlier console's: the robot remembers the answer to the last.
             number: u16::from_le_bytes([low, high]),
@@ -205,7 +207,7 @@ impl Robot {
         self.status.as_ref().map_or(&self.name, |status| status.name.as_str())
     }
 
-    /// Its radio address.
+    /// ESP-NOW (MAC) address.
     #[must_use]
     pub fn address(&self) -> Address {
         self.address
@@ -229,7 +231,7 @@ impl Robot {
         self.status.as_ref()
     }
 
-    /// Since its boot, by the latest telling.
+    /// Since its boot, by the latest uplink.
     #[must_use]
     pub fn uptime(&self) -> Option<Duration> {
         self.uptime.map(|uptime| Duration::from_secs_f64(uptime.ms.max(0.0) * 1e-3))
@@ -277,10 +279,10 @@ impl Robot {
         self.stop.is_some()
     }
 
-    /// Orders that are not answered yet.
+    /// Commands that are not answered yet.
     #[must_use]
     pub fn waiting(&self) -> usize {
-        self.orders.len()
+        self.requests.len()
     }
 
     pub(super) fn local(&self) -> RadioKey {
@@ -291,21 +293,21 @@ impl Robot {
         self.pairing.console
     }
 
-    pub(super) fn order(&mut self, what: What, events: &mut Vec<Event>) -> u16 {
+    pub(super) fn request(&mut self, request: Request, events: &mut Vec<Event>) -> u16 {
         self.number = self.number.wrapping_add(1);
         let number = self.number;
         if self.is_present() {
-            self.orders.push_back(Waiting { number, what, begun: None });
+            self.requests.push_back(PendingRequest { number, request, begun: None });
         } else {
-            events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Absent });
+            events.push(Event::Answered { number, request, tick: None, outcome: Outcome::Absent });
         }
         number
     }
 
     pub(super) fn stop(&mut self, now: Duration, events: &mut Vec<Event>) {
-        for order in self.orders.drain(..) {
-            let (number, what) = (order.number, order.what);
-            events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Overtaken });
+        for request in self.requests.drain(..) {
+            let (number, request) = (request.number, request.request);
+            events.push(Event::Answered { number, request, tick: None, outcome: Outcome::Overtaken });
         }
         // Without a session there is nothing to stop: the next one begins with the bridge off.
         if matches!(self.phase, Phase::Talking(_)) {
@@ -313,7 +315,7 @@ impl Robot {
         }
     }
 
-    /// What time does: orders that nobody answers, a robot that is silent.
+    /// What time does: commands that nobody answers, a robot that is silent.
     pub(super) fn age(&mut self, now: Duration, nonce: &mut dyn FnMut() -> Nonce, events: &mut Vec<Event>) {
         let silent = self.heard.map_or(Duration::MAX, |heard| now.saturating_sub(heard));
         let over = silent > GONE || std::mem::take(&mut self.out_of_time);
@@ -322,24 +324,25 @@ impl Robot {
             let caller = Caller::new(self.pairing.key.clone(), nonce());
             self.phase = Phase::Calling { caller, due: now };
             (self.stop, self.uptime, self.told_ms, self.telemetry) = (None, None, None, None);
-            for order in self.orders.drain(..) {
-                let (number, what) = (order.number, order.what);
-                events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Unanswered });
+            for request in self.requests.drain(..) {
+                let (number, request) = (request.number, request.request);
+                events.push(Event::Answered { number, request, tick: None, outcome: Outcome::Unanswered });
             }
             if was_present {
                 events.push(Event::Lost);
             }
             return;
         }
-        let given_up = |order: &Waiting| {
-            let patience = if matches!(order.what, What::Save | What::Factory) { GIVE_UP_SAVING } else { GIVE_UP };
-            order.begun.is_some_and(|begun| now.saturating_sub(begun.at) > patience)
+        let given_up = |request: &PendingRequest| {
+            let patience =
+                if matches!(request.request, Request::Save | Request::Factory) { GIVE_UP_SAVING } else { GIVE_UP };
+            request.begun.is_some_and(|begun| now.saturating_sub(begun.at) > patience)
         };
-        if self.orders.front().is_some_and(given_up)
-            && let Some(order) = self.orders.pop_front()
+        if self.requests.front().is_some_and(given_up)
+            && let Some(request) = self.requests.pop_front()
         {
-            let (number, what) = (order.number, order.what);
-            events.push(Event::Answered { number, what, tick: None, outcome: Outcome::Unanswered });
+            let (number, request) = (request.number, request.request);
+            events.push(Event::Answered { number, request, tick: None, outcome: Outcome::Unanswered });
             self.stop(now, events);
         }
     }
@@ -357,11 +360,11 @@ impl Robot {
             return at(Urgency::Stop, stop.due);
         }
         let fresh = self.heard.is_some_and(|heard| now.saturating_sub(heard) < FRESH);
-        let order = self
-            .orders
+        let request = self
+            .requests
             .front()
-            .and_then(|order| at(Urgency::Order, order.begun.map_or(Duration::ZERO, |begun| begun.due)));
-        order.or_else(|| if fresh { at(Urgency::Heartbeat, talk.heartbeat_due) } else { None })
+            .and_then(|request| at(Urgency::Request, request.begun.map_or(Duration::ZERO, |begun| begun.due)));
+        request.or_else(|| if fresh { at(Urgency::Heartbeat, talk.heartbeat_due) } else { None })
     }
 
     /// Its first `Stop` of this press, or the second, is due: nothing may hold it up.
@@ -380,7 +383,7 @@ impl Robot {
             Phase::Talking(talk) => talk,
         };
         let mut to = self.address;
-        let order = match urgency {
+        let request = match urgency {
             Urgency::Stop => {
                 let stop = self.stop.as_mut()?;
                 if stop.broadcast {
@@ -390,33 +393,37 @@ impl Robot {
                 stop.due = if stop.first.is_none() { now } else { now + STOP };
                 stop.sent = stop.sent.saturating_add(1);
                 stop.broadcast = !stop.broadcast;
-                ToRobot::Stop
+                Downlink::Stop
             }
-            Urgency::Order => {
+            Urgency::Request => {
                 let uptime = self.uptime?;
-                let waiting = self.orders.front_mut()?;
+                let waiting = self.requests.front_mut()?;
                 let begun = waiting.begun.get_or_insert_with(|| Begun {
                     at: now,
                     due: now,
                     deadline_ms: uptime.ms_at(now).wrapping_add(DEADLINE_MS),
                 });
                 begun.due = now + REPEAT;
-                ToRobot::Do(Do { number: waiting.number, deadline_ms: begun.deadline_ms, what: waiting.what })
+                Downlink::Request(RequestFrame {
+                    number: waiting.number,
+                    deadline_ms: begun.deadline_ms,
+                    request: waiting.request,
+                })
             }
             Urgency::Heartbeat | Urgency::Hello => {
                 talk.heartbeat_due = now + HEARTBEAT;
-                ToRobot::Heartbeat { heard_ms: self.told_ms }
+                Downlink::Heartbeat { heard_ms: self.told_ms }
             }
         };
         let mut buffer = [0; LONGEST];
-        // An order has some forty bytes, and a session does not last for years.
+        // A command has some forty bytes, and a session does not last for years.
         let sealed = if to == super::BROADCAST {
-            talk.sealer.seal_to_all(&order, &mut buffer)
+            talk.sealer.seal_to_all(&request, &mut buffer)
         } else {
-            talk.sealer.seal(&order, &mut buffer)
+            talk.sealer.seal(&request, &mut buffer)
         };
         let (frame, counter) = sealed.ok()?;
-        if let (Some(stop), ToRobot::Stop) = (&mut self.stop, order) {
+        if let (Some(stop), Downlink::Stop) = (&mut self.stop, request) {
             stop.first.get_or_insert(counter);
         }
         self.meter.sent(counter, now);
@@ -436,7 +443,7 @@ impl Robot {
                 }
             }
             Ok(Kind::Welcome) => self.welcomed(frame, now),
-            Ok(Kind::Telling) => self.told(frame, rssi, now, events),
+            Ok(Kind::Uplink) => self.told(frame, rssi, now, events),
             // Its notice, in our own version: it was meant for another console.
             Ok(Kind::Notice) => {}
             _ => self.rejected += 1,
@@ -460,11 +467,11 @@ impl Robot {
             self.rejected += 1;
             return;
         };
-        let Ok(opened) = talk.opener.open::<Telling>(frame) else {
+        let Ok(opened) = talk.opener.open::<Uplink>(frame) else {
             self.rejected += 1;
             return;
         };
-        let Telling { uptime_ms, echo, message } = opened.body;
+        let Uplink { uptime_ms, echo, report: message } = opened.body;
         if !std::mem::replace(&mut talk.confirmed, true) {
             events.push(Event::Present);
         }
@@ -475,14 +482,14 @@ impl Robot {
         self.out_of_time |= self.uptime.is_some_and(|uptime| uptime.leaped(uptime_ms, now));
         self.uptime = Some(Uptime::later(self.uptime, uptime_ms, now));
         match message {
-            FromRobot::Answer { number, tick, answer } => self.answered(number, tick, answer, events),
-            FromRobot::Telemetry(batch) => {
+            Report::Answer { number, tick, answer } => self.answered(number, tick, answer, events),
+            Report::Telemetry(batch) => {
                 self.telemetry = Some(batch.clone());
                 let is_driving = batch.state.is_driving();
                 events.push(Event::Telemetry(batch));
                 self.stopped(is_driving, echo, events);
             }
-            FromRobot::Status(status) => {
+            Report::Status(status) => {
                 self.status = Some(status.clone());
                 events.push(Event::Status(status));
             }
@@ -490,17 +497,17 @@ impl Robot {
     }
 
     fn answered(&mut self, number: u16, tick: u32, answer: Answer, events: &mut Vec<Event>) {
-        if self.orders.front().is_none_or(|order| order.number != number || order.begun.is_none()) {
+        if self.requests.front().is_none_or(|request| request.number != number || request.begun.is_none()) {
             // Again: the answer to a repetition.
             return;
         }
-        let Some(order) = self.orders.pop_front() else { return };
+        let Some(request) = self.requests.pop_front() else { return };
         let outcome = match answer {
             Answer::Done(value) => Outcome::Done(value),
             Answer::Refused(refusal) => Outcome::Refused(refusal),
             Answer::TooLate => Outcome::TooLate,
         };
-        events.push(Event::Answered { number, what: order.what, tick: Some(tick), outcome });
+        events.push(Event::Answered { number, request: request.request, tick: Some(tick), outcome });
     }
 
     /// `Stop` has come to its end when telemetry from after it says that the bridge is off.
@@ -514,7 +521,7 @@ impl Robot {
 }
 
 impl Uptime {
-    /// The clock after another telling: the one that took the shortest time is the best, and ages with the drift.
+    /// The clock after another uplink: the one that took the shortest time is the best, and ages with the drift.
     fn later(before: Option<Self>, ms: u32, at: Duration) -> Self {
         let heard = Self { ms: f64::from(ms), at };
         let Some(before) = before else { return heard };
@@ -523,7 +530,7 @@ impl Uptime {
         if expected > heard.ms && expected - heard.ms < 5e3 { Self { ms: expected, at } } else { heard }
     }
 
-    /// Whether a telling is from much later than it can be.
+    /// Whether an uplink is from much later than it can be.
     fn leaped(self, ms: u32, at: Duration) -> bool {
         let ahead = f64::from(ms.wrapping_sub(self.ms_at(at)).cast_signed());
         ahead > SLEPT_MS

@@ -17,7 +17,7 @@ pub enum SerialError {
     #[error("there is no serial port {port}; {there}")]
     #[diagnostic(help("plug the board in with a cable that carries data, and name its port with --port"))]
     Missing {
-        /// The name.
+        /// Name of the port, as given.
         port: String,
         /// What there is, in words.
         there: String,
@@ -29,21 +29,21 @@ pub enum SerialError {
          out and in again"
     ))]
     Permission {
-        /// The name.
+        /// Name of the port, as given.
         port: String,
     },
     /// Another program has it.
     #[error("{port}: another program has it open")]
     #[diagnostic(help("close the monitor, terminal or flasher that uses the port"))]
     Busy {
-        /// The name.
+        /// Name of the port, as given.
         port: String,
     },
-    /// Anything else.
+    /// A cause that the chip does not name.
     #[error("{port}: it does not open as a serial port: {detail}")]
     #[diagnostic(help("{there}"))]
     Other {
-        /// The name.
+        /// Name of the port, as given.
         port: String,
         /// What the system says.
         detail: String,

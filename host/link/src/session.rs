@@ -10,7 +10,7 @@ use std::time::Duration;
 use control::protocol::VERSION;
 use control::protocol::dongle::{self, Address, FromDongle, Payload, ToDongle};
 use control::protocol::frame::{self, Deframer};
-use control::protocol::radio::What;
+use control::protocol::radio::Request;
 use control::protocol::secure::Nonce;
 
 use super::robot::{Event, Robot, Urgency};
@@ -19,27 +19,27 @@ use super::{Keys, Line, LinkError};
 /// Everybody. Only `Stop` is sent to it.
 pub const BROADCAST: Address = [0xff; 6];
 
-/// `Hello` is repeated so often until it is answered: opening the port may have restarted the dongle.
+/// Interval at which `Hello` is repeated until it is answered: opening the port may have restarted the dongle.
 const HELLO: Duration = Duration::from_millis(200);
-/// A dongle says of every frame what became of it. Without any sign for so long it is gone.
+/// Silence after which the dongle is gone: it says of every frame what became of it.
 const DONGLE_SILENT: Duration = Duration::from_millis(400);
 /// Frames that the dongle has at a time: with more of them a `Stop` would wait behind heartbeats.
 const IN_FLIGHT: usize = 2;
-/// A frame that the dongle says nothing about for so long is forgotten.
+/// Time after which a frame that the dongle has not reported on is forgotten.
 const FORGOTTEN: Duration = Duration::from_millis(150);
 
 /// Which robot of a session: its place among the keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RobotId(pub usize);
 
-/// What happened.
+/// Event with its robot and time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heard {
-    /// To which robot.
+    /// Robot that it concerns.
     pub robot: RobotId,
     /// When it came out of the line, on the line's clock.
     pub at: Duration,
-    /// What.
+    /// The event.
     pub event: Event,
 }
 
@@ -198,11 +198,11 @@ impl<L: Line> Session<L> {
         &self.robots[id.0]
     }
 
-    /// Orders something: the number of the [`Event::Answered`] that will come, within a second. Orders of a robot are
+    /// Commands something: the number of the [`Event::Answered`] that will come, within a second. Orders of a robot are
     /// served one after the other.
-    pub fn order(&mut self, id: RobotId, what: What) -> u16 {
+    pub fn request(&mut self, id: RobotId, request: Request) -> u16 {
         let mut events = Vec::new();
-        let number = self.robots[id.0].order(what, &mut events);
+        let number = self.robots[id.0].request(request, &mut events);
         self.note(id, events);
         number
     }

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use control::protocol::radio::What;
+use control::protocol::radio::Request;
 use control::{Command, Fault, State};
 
 use super::{Event, Heard, Line, LinkError, Outcome, Recorder, RobotId, Session, words};
 
-/// A robot sends a hundred batches a second: without any for so long it is gone.
+/// Silence after which the robot is gone: it sends a hundred batches a second.
 const ROBOT_SILENT: Duration = Duration::from_millis(500);
 /// A command takes effect within a tick of its arrival, which telemetry tells 10 ms later.
 const EFFECT: Duration = Duration::from_secs(1);
@@ -87,7 +87,7 @@ fn clear_fault<L: Line>(
     while on_tick(0) {
         match session.robot(robot).telemetry() {
             Some(batch) if batch.state != State::Fault => return Ok(()),
-            Some(_) if !cleared => match session.ask(robot, What::Command(Command::ClearFault), |_| {})? {
+            Some(_) if !cleared => match session.ask(robot, Request::Command(Command::ClearFault), |_| {})? {
                 Outcome::Done(_) => cleared = true,
                 outcome => return Err(not_done(session, robot, outcome)),
             },
@@ -120,7 +120,7 @@ fn drive<L: Line>(
     recorder: &mut Recorder,
     on_tick: &mut dyn FnMut(u64) -> bool,
 ) -> Result<(), LinkError> {
-    let asked = session.order(robot, What::Command(Command::Duty { duty }));
+    let asked = session.request(robot, Request::Command(Command::Duty { duty }));
     let start = session.now();
     while on_tick(recorder.driven()) {
         if recorder.driven() == 0 && session.now().saturating_sub(start) > EFFECT {

@@ -103,7 +103,7 @@ fn as_typed(field: Field) -> (&'static str, &'static str, f64) {
     }
 }
 
-/// How an order ended.
+/// How a command ended.
 #[must_use]
 pub fn outcome(outcome: Outcome) -> String {
     match outcome {

@@ -1,4 +1,4 @@
-//! Sessions with robots through a dongle, in virtual time: `workbench` plays both.
+//! Sessions with robots through a dongle, in virtual time: `testbed` plays both.
 
 mod common;
 
@@ -10,21 +10,21 @@ use common::robot;
 use control::parameters::table;
 use control::protocol::dongle::{FromDongle, ToDongle};
 use control::protocol::frame::{self, Deframer};
-use control::protocol::radio::{Reset, What};
+use control::protocol::radio::{Request, Reset};
 use control::protocol::secure::{Caller, Key, Nonce};
 use control::{Command, Fault, Refusal, State};
-use description::angle_code::{AdcCurve, corrected_angle};
-use description::robot::Sensor;
 use diagnose::identify::{PotentiometerFit, potentiometer};
 use hal_sim::radio::Trouble;
 use link::{Event, Line, LinkError, Outcome, RobotId, Session, Spin, spin};
 use recording::{AngleReading, Drive, Recording, load, write_mcap};
-use workbench::host_end::HostEnd;
-use workbench::incident::Incident;
-use workbench::journal::{Event as Journaled, actuations, driven};
-use workbench::serial::Cable;
-use workbench::setup::{DONGLE, address, pairing};
-use workbench::time::{now_us, until};
+use robot_file::angle_code::{AdcCurve, corrected_angle};
+use robot_file::robot::Sensor;
+use testbed::event_log::{Event as Journaled, actuations, driven};
+use testbed::host_end::HostEnd;
+use testbed::injected_event::InjectedEvent;
+use testbed::serial::Cable;
+use testbed::setup::{DONGLE, address, pairing};
+use testbed::time::{now_us, until};
 
 const TICKS: u64 = 2500;
 const TICK_S: f64 = 1e-3;
@@ -51,7 +51,7 @@ fn ready(line: &HostEnd, robots: usize, seed: u64) -> Session<HostEnd> {
 }
 
 fn ask(session: &mut Session<HostEnd>, id: RobotId, command: Command) -> Outcome {
-    session.ask(id, What::Command(command), |_| {}).expect("the line holds")
+    session.ask(id, Request::Command(command), |_| {}).expect("the line holds")
 }
 
 /// Lets time pass for both ends; what happened.
@@ -71,7 +71,7 @@ fn state(line: &HostEnd) -> (State, Option<Fault>) {
 /// Codes as the robot had them, one a tick.
 fn codes(line: &HostEnd) -> Vec<u16> {
     let bench = line.bench();
-    let events = bench.robots[0].journal.events();
+    let events = bench.robots[0].event_log.events();
     // Three conversions a tick, of one median.
     let converted = events.iter().filter_map(|(_, event)| match event {
         Journaled::Converted(code) => Some(code.0),
@@ -84,7 +84,7 @@ fn codes(line: &HostEnd) -> Vec<u16> {
 fn whole(line: &HostEnd) -> Recording {
     let codes = codes(line);
     let bench = line.bench();
-    let events = bench.robots[0].journal.events();
+    let events = bench.robots[0].event_log.events();
     let told: Vec<_> = actuations(&events).skip(1).collect();
     let from = told.iter().position(|(_, told)| told.enable).expect("it was driven");
     let to = told.iter().rposition(|(_, told)| told.enable).expect("it was driven");
@@ -107,7 +107,7 @@ fn a_calibration_through_a_lossy_radio_is_what_the_whole_recording_gives() {
         let line = bench(1, seed, |_| {});
         // In long bursts: single losses are made good by the radio.
         let lossy = Trouble { loss_share: Some(0.04), burst_us: Some(30_000), ..Trouble::NONE };
-        line.bench().happen(Incident::Air(lossy));
+        line.bench().apply(InjectedEvent::Air(lossy));
         let spin = calibrate(&line, seed);
         spin.end.expect("it spins");
         assert!(spin.stopped);
@@ -131,7 +131,7 @@ fn a_calibration_through_a_lossy_radio_is_what_the_whole_recording_gives() {
 #[test]
 fn without_loss_every_tick_arrives() {
     let line = bench(1, 4, |_| {});
-    line.bench().happen(Incident::Air(Trouble { loss_share: Some(0.0), ..Trouble::NONE }));
+    line.bench().apply(InjectedEvent::Air(Trouble { loss_share: Some(0.0), ..Trouble::NONE }));
     let spin = calibrate(&line, 4);
     spin.end.expect("it spins");
     assert_eq!(spin.recorder.lost(), (0, 0));
@@ -143,14 +143,14 @@ fn without_loss_every_tick_arrives() {
 }
 
 /// Runs into a trouble one second into the spin.
-fn interrupted(incident: Incident) -> (HostEnd, Spin) {
+fn interrupted(injected_event: InjectedEvent) -> (HostEnd, Spin) {
     let quiet = bench(1, 5, |_| {});
     calibrate(&quiet, 5).end.expect("it spins");
-    let (from_us, _) = driven(&quiet.bench().robots[0].journal.events())[0];
+    let (from_us, _) = driven(&quiet.bench().robots[0].event_log.events())[0];
     // A thread has one bench at a time.
     drop(quiet);
     let line = bench(1, 5, |_| {});
-    line.bench().at(from_us + 1_000_000, incident);
+    line.bench().at(from_us + 1_000_000, injected_event);
     let spin = calibrate(&line, 5);
     (line, spin)
 }
@@ -168,7 +168,7 @@ fn kept_about_a_second(spin: &Spin) {
 /// When the bridge was switched off for good, after the trouble, ms.
 fn off_after_ms(line: &HostEnd) -> u64 {
     let bench = line.bench();
-    let spans = driven(&bench.robots[0].journal.events());
+    let spans = driven(&bench.robots[0].event_log.events());
     let (from, to) = *spans.last().expect("it was driven");
     assert_eq!(spans.len(), 1, "it did not drive on");
     (to.expect("off") - from - 1_000_000) / 1000
@@ -176,7 +176,7 @@ fn off_after_ms(line: &HostEnd) -> u64 {
 
 #[test]
 fn a_robot_that_dies_leaves_its_recording() {
-    let (_, spin) = interrupted(Incident::PowerCut(0));
+    let (_, spin) = interrupted(InjectedEvent::PowerCut(0));
     assert!(matches!(spin.end, Err(LinkError::RobotSilent { .. })), "{:?}", spin.end);
     assert!(!spin.stopped);
     kept_about_a_second(&spin);
@@ -184,7 +184,7 @@ fn a_robot_that_dies_leaves_its_recording() {
 
 #[test]
 fn a_dongle_that_hangs_leaves_the_recording_and_the_robot_stops_by_itself() {
-    let (line, spin) = interrupted(Incident::DongleHangs);
+    let (line, spin) = interrupted(InjectedEvent::DongleHangs);
     assert!(matches!(spin.end, Err(LinkError::DongleSilent { .. } | LinkError::RobotSilent { .. })), "{:?}", spin.end);
     kept_about_a_second(&spin);
     line.wait(Duration::from_millis(600));
@@ -194,7 +194,7 @@ fn a_dongle_that_hangs_leaves_the_recording_and_the_robot_stops_by_itself() {
 
 #[test]
 fn a_line_that_cannot_be_read_still_tells_the_robot_to_stop() {
-    let (line, spin) = interrupted(Incident::ReadsFail);
+    let (line, spin) = interrupted(InjectedEvent::ReadsFail);
     assert!(matches!(spin.end, Err(LinkError::Line(_))), "{:?}", spin.end);
     kept_about_a_second(&spin);
     line.wait(Duration::from_millis(100));
@@ -204,7 +204,7 @@ fn a_line_that_cannot_be_read_still_tells_the_robot_to_stop() {
 
 #[test]
 fn when_the_dongle_is_pulled_out_the_robot_stops_by_itself() {
-    let (line, spin) = interrupted(Incident::Cable(Cable::Broken));
+    let (line, spin) = interrupted(InjectedEvent::Cable(Cable::Broken));
     assert!(matches!(spin.end, Err(LinkError::Line(_))), "{:?}", spin.end);
     assert!(!spin.stopped);
     kept_about_a_second(&spin);
@@ -215,7 +215,7 @@ fn when_the_dongle_is_pulled_out_the_robot_stops_by_itself() {
 
 #[test]
 fn a_robot_that_restarts_is_noticed_and_not_driven_on() {
-    let (line, spin) = interrupted(Incident::Boot(0, Reset::BrownOut));
+    let (line, spin) = interrupted(InjectedEvent::Boot(0, Reset::BrownOut));
     // Its session is over: it is silent until it is called again.
     assert!(
         matches!(spin.end, Err(LinkError::RobotSilent { .. } | LinkError::RobotRestarted { .. })),
@@ -237,7 +237,7 @@ fn on_request_the_motor_stops_within_a_tenth_of_a_second() {
     drop(session);
     assert!(matches!(spin.end, Err(LinkError::Cancelled)), "{:?}", spin.end);
     assert!(spin.stopped);
-    let (from, to) = driven(&line.bench().robots[0].journal.events())[0];
+    let (from, to) = driven(&line.bench().robots[0].event_log.events())[0];
     let driven_ms = (to.expect("off") - from) / 1000;
     assert!((700..800).contains(&driven_ms), "{driven_ms}");
 }
@@ -271,7 +271,7 @@ fn a_console_that_stops_polling_is_noticed_and_nothing_starts_again_by_itself() 
     assert_eq!(ask(&mut session, FIRST, Command::ClearFault), Outcome::Done(None));
     go_on(&mut session, Duration::from_millis(300));
     assert_eq!(state(&line).0, State::Idle, "cleared, and still not driving");
-    let off = driven(&line.bench().robots[0].journal.events())[0].1.expect("off");
+    let off = driven(&line.bench().robots[0].event_log.events())[0].1.expect("off");
     let off_after = Duration::from_micros(off).saturating_sub(asleep);
     assert!(off_after <= Duration::from_millis(501), "{off_after:?}");
 }
@@ -281,39 +281,40 @@ fn parameters_are_told_changed_kept_and_refused() {
     let line = bench(1, 8, |_| {});
     let mut session = ready(&line, 1, 8);
     let index = table::find("controller.limits.frequency_hz").expect("in the table");
-    let get = |session: &mut Session<HostEnd>| match session.ask(FIRST, What::Get(index), |_| {}).expect("the line") {
+    let get = |session: &mut Session<HostEnd>| match session.ask(FIRST, Request::Get(index), |_| {}).expect("the line")
+    {
         Outcome::Done(Some(value)) => (value.now, value.factory),
         other => panic!("{other:?}"),
     };
     assert_eq!(get(&mut session), (12.0, 12.0));
     let too_fast = Command::Speed { omega: -70.0 };
     let set = |session: &mut Session<HostEnd>, value| {
-        session.ask(FIRST, What::Set { index, value }, |_| {}).expect("the line holds")
+        session.ask(FIRST, Request::Set { index, value }, |_| {}).expect("the line holds")
     };
     assert!(matches!(set(&mut session, 8.0), Outcome::Done(Some(_))));
     assert!(matches!(ask(&mut session, FIRST, too_fast), Outcome::Refused(Refusal::OutOfRange { .. })));
     assert_eq!(set(&mut session, f32::NAN), Outcome::Refused(Refusal::Parameter));
-    let none = session.ask(FIRST, What::Get(u16::MAX), |_| {}).expect("the line holds");
+    let none = session.ask(FIRST, Request::Get(u16::MAX), |_| {}).expect("the line holds");
     assert_eq!(none, Outcome::Refused(Refusal::NoParameter));
     // Kept over a boot, and forgotten with the factory's.
-    let order = |session: &mut Session<HostEnd>, what| session.ask(FIRST, what, |_| {}).expect("the line holds");
-    assert_eq!(order(&mut session, What::Save), Outcome::Done(None));
+    let order = |session: &mut Session<HostEnd>, request| session.ask(FIRST, request, |_| {}).expect("the line holds");
+    assert_eq!(order(&mut session, Request::Save), Outcome::Done(None));
     line.bench().boot(0, Reset::PowerOn);
     go_on(&mut session, Duration::from_secs(3));
     assert_eq!(get(&mut session), (8.0, 12.0));
-    assert_eq!(order(&mut session, What::Factory), Outcome::Done(None));
+    assert_eq!(order(&mut session, Request::Factory), Outcome::Done(None));
     assert_eq!(get(&mut session), (12.0, 12.0));
     ask(&mut session, FIRST, Command::ClearFault);
     assert_eq!(ask(&mut session, FIRST, too_fast), Outcome::Done(None));
     go_on(&mut session, Duration::from_millis(50));
-    assert_eq!(order(&mut session, What::Save), Outcome::Refused(Refusal::Driving));
+    assert_eq!(order(&mut session, Request::Save), Outcome::Refused(Refusal::Driving));
 }
 
 #[test]
 fn both_ends_count_and_the_quality_of_the_link_is_known() {
     let line = bench(1, 11, |_| {});
     let mut session = ready(&line, 1, 11);
-    line.bench().happen(Incident::Air(Trouble { loss_share: Some(0.1), burst_us: Some(20_000), ..Trouble::NONE }));
+    line.bench().apply(InjectedEvent::Air(Trouble { loss_share: Some(0.1), burst_us: Some(20_000), ..Trouble::NONE }));
     go_on(&mut session, Duration::from_secs(4));
     let dongle = session.count(PATIENCE).expect("the line holds").expect("an answer");
     let counts = session.counts();
@@ -336,7 +337,7 @@ fn both_ends_count_and_the_quality_of_the_link_is_known() {
 #[test]
 fn a_blocked_shaft_is_said_in_words() {
     let line = bench(1, 7, |_| {});
-    line.bench().happen(Incident::Fault(0, hal_sim::Fault::Stalled));
+    line.bench().apply(InjectedEvent::Fault(0, hal_sim::Fault::Stalled));
     let spin = calibrate(&line, 7);
     let text = spin.end.expect_err("it cannot turn").to_string();
     assert!(text.starts_with("the robot stopped itself: "), "{text}");
@@ -348,7 +349,7 @@ fn a_fault_that_persists_is_not_cleared() {
     let line = bench(1, 8, |_| {});
     let mut session = ready(&line, 1, 8);
     assert_eq!(ask(&mut session, FIRST, FREQUENCY), Outcome::Done(None));
-    line.bench().happen(Incident::Fault(0, hal_sim::Fault::BatteryLow { open_circuit_v: 2.9 }));
+    line.bench().apply(InjectedEvent::Fault(0, hal_sim::Fault::BatteryLow { open_circuit_v: 2.9 }));
     go_on(&mut session, Duration::from_millis(300));
     assert_eq!(state(&line).1, Some(Fault::SupplyLow));
     let outcome = ask(&mut session, FIRST, Command::ClearFault);
@@ -410,7 +411,7 @@ fn a_robot_that_no_stop_reaches_stops_for_lack_of_heartbeats() {
         Session::open(WithoutStops(line.clone(), Vec::new()), &keys(1, 12), nonces(), PATIENCE).expect("a dongle");
     let found = session.find(None, PATIENCE).expect("a robot");
     for command in [Command::ClearFault, FREQUENCY] {
-        let outcome = session.ask(found, What::Command(command), |_| {}).expect("the line holds");
+        let outcome = session.ask(found, Request::Command(command), |_| {}).expect("the line holds");
         assert_eq!(outcome, Outcome::Done(None));
     }
     let drive = |session: &mut Session<WithoutStops>, time| {
@@ -427,7 +428,7 @@ fn a_robot_that_no_stop_reaches_stops_for_lack_of_heartbeats() {
     // Once more: it must not begin to hope.
     session.stop(found).expect("the line holds");
     drive(&mut session, Duration::from_secs(1));
-    let off = driven(&line.bench().robots[0].journal.events())[0].1.expect("off");
+    let off = driven(&line.bench().robots[0].event_log.events())[0].1.expect("off");
     let took = Duration::from_micros(off).saturating_sub(pressed);
     assert!(took <= Duration::from_millis(501), "{took:?}");
     assert_eq!(state(&line), (State::Fault, Some(Fault::CommandTooOld)));
@@ -448,7 +449,7 @@ fn a_session_that_is_dropped_stops_every_robot_even_one_that_has_only_just_begun
     assert_eq!(states, [(State::Idle, None); 3]);
 }
 
-/// A line on which somebody says the same again and again.
+/// A line on which somebody says the same repeatedly.
 struct Canned(Vec<u8>, Duration);
 
 impl Read for Canned {
@@ -520,7 +521,7 @@ fn of_two_robots_one_must_be_named_and_each_obeys_for_itself() {
 #[test]
 fn a_robot_that_is_not_there_is_not_found_and_nothing_is_sent_to_it() {
     let line = bench(1, 10, |_| {});
-    line.bench().happen(Incident::PowerCut(0));
+    line.bench().apply(InjectedEvent::PowerCut(0));
     let mut session = session(&line, 1, 10);
     let error = session.find(None, PATIENCE).expect_err("nobody").to_string();
     assert_eq!(error, "a robot does not answer on channel 1; nothing else either");

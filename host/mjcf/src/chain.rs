@@ -16,7 +16,7 @@ pub(super) struct Segment {
     pub number: usize,
     /// Of the box's centre, m.
     pub x: f64,
-    /// m.
+    /// Length along the chain, m.
     pub length: f64,
 }
 
@@ -24,7 +24,7 @@ pub(super) struct Segment {
 pub(super) struct Triple {
     pub backbone: usize,
     pub number: usize,
-    /// m.
+    /// Position along the chain, m.
     pub x: f64,
 }
 

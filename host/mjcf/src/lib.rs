@@ -16,7 +16,7 @@
 //!
 //! use hal_sim::body::Plan;
 //!
-//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let robot = robot_file::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
 //! let text = mjcf::model(&robot.name, &Plan::new(&robot)?, &mjcf::Options::default())?;
 //! assert!(text.contains("<mujoco model=\"scram-26\">"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -45,7 +45,7 @@ pub struct Options {
     pub root: Option<usize>,
     /// Whether the feet touch the ground.
     pub contact: bool,
-    /// s.
+    /// MuJoCo's time step, s.
     pub timestep_s: f64,
     /// Method of integration.
     pub integrator: Integrator,
@@ -125,9 +125,9 @@ pub enum MjcfError {
     /// A setting that is no positive number.
     #[error("{what} must be a positive number, not {value}")]
     Setting {
-        /// Which.
+        /// Option that is out of range.
         what: &'static str,
-        /// What it was.
+        /// Value that was given.
         value: f64,
     },
 }

@@ -25,7 +25,7 @@ pub enum Cone {
     /// Four-sided: faster.
     #[value(name = "pyramidal")]
     Pyramidal,
-    /// Coulomb's.
+    /// Elliptic cone: Coulomb's law.
     #[value(name = "elliptic")]
     Elliptic,
 }

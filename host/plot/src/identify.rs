@@ -49,8 +49,8 @@ pub fn residual_svg(fit: &PotentiometerFit) -> String {
 mod tests {
     use std::path::Path;
 
-    use description::Robot;
     use diagnose::identify::potentiometer;
+    use robot_file::Robot;
     use simulation::{Drive, Plan, recording, run};
 
     use super::*;

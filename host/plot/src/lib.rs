@@ -7,7 +7,7 @@
 //!
 //! use simulation::{Drive, Plan, run};
 //!
-//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let robot = robot_file::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
 //! let plan = Plan { drive: Drive::parse("freq:7")?, seconds: 0.5, faults: Vec::new() };
 //! let trace = run(&robot, 1, &hal_sim::Settings::default(), &plan)?;
 //! let drawn = plot::plots(&trace)?;

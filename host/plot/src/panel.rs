@@ -45,7 +45,7 @@ pub struct Size {
 /// One line; a `None` breaks it.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// For the legend.
+    /// Text in the legend.
     pub label: String,
     /// Colour.
     pub colour: RGBColor,
@@ -60,9 +60,9 @@ pub struct Line {
 /// Shaded ranges of x.
 #[derive(Clone, Debug, Default)]
 pub struct Band {
-    /// For the legend.
+    /// Text in the legend.
     pub label: String,
-    /// From, to.
+    /// Shaded ranges `(from, to)` on the x axis.
     pub ranges: Vec<(f64, f64)>,
 }
 

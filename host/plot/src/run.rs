@@ -5,7 +5,7 @@ use plotters::style::RGBColor;
 use super::panel::{Band, Line, Panel, PlotError, Size, render};
 use common::conventions::{degrees, frequency_from_omega};
 use common::wrap;
-use simulation::{Order, Tick, Trace};
+use simulation::{DriveCommand, Tick, Trace};
 
 // Colours that the colour-blind tell apart (Okabe and Ito).
 const TRUTH: RGBColor = RGBColor(30, 30, 30);
@@ -31,12 +31,12 @@ pub const PLOT_NAMES: [&str; 7] = ["overview", "speed", "phase", "angle", "estim
 /// The drawing library refuses.
 pub fn plots(trace: &Trace) -> Result<Vec<(&'static str, String)>, PlotError> {
     let view = View::new(trace);
-    let holds_speed = trace.orders.iter().any(|given| matches!(given.order, Order::Freq { .. }));
+    let holds_speed = trace.commands.iter().any(|given| matches!(given.command, DriveCommand::Freq { .. }));
     let mut subjects = vec![("speed", vec![view.speed()])];
     if holds_speed {
         subjects.push(("phase", vec![view.phase()]));
     }
-    if !holds_speed || trace.orders.len() > 1 {
+    if !holds_speed || trace.commands.len() > 1 {
         subjects.push(("angle", vec![view.angle()]));
     }
     subjects.push(("estimate", vec![view.close_up(), view.estimate_error()]));
@@ -84,8 +84,8 @@ impl<'a> View<'a> {
         let estimate = self.line("estimate", ESTIMATE, |t| {
             t.telemetry.tracking.then(|| frequency_from_omega(f64::from(t.telemetry.speed)))
         });
-        let points = self.targets(|order| match order {
-            Order::Freq { hz } => Some(hz),
+        let points = self.targets(|command| match command {
+            DriveCommand::Freq { hz } => Some(hz),
             _ => None,
         });
         let mut lines = vec![estimate, truth];
@@ -96,13 +96,13 @@ impl<'a> View<'a> {
     }
 
     /// A constant per order, as a line.
-    fn targets(&self, value: impl Fn(Order) -> Option<f64>) -> Vec<(f64, Option<f64>)> {
+    fn targets(&self, value: impl Fn(DriveCommand) -> Option<f64>) -> Vec<(f64, Option<f64>)> {
         let time = |tick: usize| tick as f64 * self.trace.tick_s;
-        let per_order = self.trace.segments().into_iter().flat_map(|(order, from, to)| {
-            let level = value(order);
+        let per_command = self.trace.segments().into_iter().flat_map(|(command, from, to)| {
+            let level = value(command);
             [(time(from), level), (time(to), level), (time(to), None)]
         });
-        per_order.collect()
+        per_command.collect()
     }
 
     fn phase(&self) -> Panel {
@@ -124,14 +124,14 @@ impl<'a> View<'a> {
 
     fn angle(&self) -> Panel {
         let mut lines = vec![wrapped(self.line("truth", TRUTH, |t| Some(degrees(wrap(t.truth.angle)))))];
-        let bounds: [fn(Order) -> Option<f64>; 2] = [
-            |order| match order {
-                Order::Oscillate { from_deg, .. } => Some(from_deg),
-                Order::Position { deg } => Some(deg),
+        let bounds: [fn(DriveCommand) -> Option<f64>; 2] = [
+            |command| match command {
+                DriveCommand::Oscillate { from_deg, .. } => Some(from_deg),
+                DriveCommand::Position { deg } => Some(deg),
                 _ => None,
             },
-            |order| match order {
-                Order::Oscillate { to_deg, .. } => Some(to_deg),
+            |command| match command {
+                DriveCommand::Oscillate { to_deg, .. } => Some(to_deg),
                 _ => None,
             },
         ];

@@ -36,9 +36,9 @@ pub struct Strip {
 /// A time with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
-    /// Begin.
+    /// Begin on the x axis.
     pub from: f64,
-    /// End.
+    /// End on the x axis.
     pub to: f64,
     /// Written into it where there is room.
     pub label: String,
@@ -49,7 +49,7 @@ pub struct Span {
 /// A moment with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// When.
+    /// Position on the x axis.
     pub at: f64,
     /// Written beside it where there is room.
     pub label: String,

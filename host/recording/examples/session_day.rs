@@ -26,8 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for robot in &robots {
             if tick.is_multiple_of(60_000) {
                 let command = Some(Command::Speed { omega: -44.0 });
-                let order = SessionEvent::Order { text: "freq 7".into(), command, repeat: false };
-                recorder.event(t_s, Some(*robot), &order)?;
+                let command = SessionEvent::Command { text: "freq 7".into(), command, repeat: false };
+                recorder.event(t_s, Some(*robot), &command)?;
             }
             if tick.is_multiple_of(1000) {
                 let quality = LinkQuality { rate_hz: 100.0, loss: 0.01, latency_s: Some(0.006), rssi_dbm: Some(-52.0) };

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::Row;
+use super::error::RowNumber;
 use super::plausible::{self, Range, Watch};
 use super::{AngleReading, Drive, Place, Recording, RecordingError};
 
@@ -175,7 +175,7 @@ pub(super) struct Builder {
     stride: u64,
     rows: u64,
     last_t: Option<f64>,
-    last_row: Row,
+    last_row: RowNumber,
     last_supply: Option<f64>,
     has_supply: bool,
     has_second: bool,
@@ -204,7 +204,7 @@ impl Builder {
             stride: 1,
             rows: 0,
             last_t: None,
-            last_row: Row::Line(1),
+            last_row: RowNumber::Line(1),
             last_supply: None,
             has_supply: layout.has(Column::Supply),
             has_second: layout.has(Column::AdcSecond),
@@ -216,12 +216,12 @@ impl Builder {
         }
     }
 
-    fn cell(&self, row: Row, column: &str, problem: String, help: impl Into<String>) -> RecordingError {
+    fn cell(&self, row: RowNumber, column: &str, problem: String, help: impl Into<String>) -> RecordingError {
         let place = Place { path: self.path.clone(), row };
         RecordingError::Cell { place, column: column.into(), problem, help: help.into() }
     }
 
-    fn within(&self, row: Row, column: &str, value: f64, range: &Range) -> Result<f64, RecordingError> {
+    fn within(&self, row: RowNumber, column: &str, value: f64, range: &Range) -> Result<f64, RecordingError> {
         if !value.is_finite() {
             let help = "leave the cell empty where nothing was measured";
             return Err(self.cell(row, column, format!("{value} is not a number"), help));
@@ -233,12 +233,12 @@ impl Builder {
         Ok(value)
     }
 
-    fn needed(&self, row: Row, column: &str, value: Option<f64>) -> Result<f64, RecordingError> {
+    fn needed(&self, row: RowNumber, column: &str, value: Option<f64>) -> Result<f64, RecordingError> {
         value.ok_or_else(|| self.cell(row, column, "the cell is empty".into(), "every row needs this value"))
     }
 
     /// Takes a row, checks it, and keeps it unless its block is thinned out.
-    pub(super) fn push(&mut self, row: Row, values: &Values) -> Result<(), RecordingError> {
+    pub(super) fn push(&mut self, row: RowNumber, values: &Values) -> Result<(), RecordingError> {
         let t_s = self.check_time(row, values.t_s)?;
         let enable = self.check_enable(row, values.enable)?;
         let drive = self.needed(row, self.duty_name, values.drive)?;
@@ -294,7 +294,7 @@ impl Builder {
         Ok(())
     }
 
-    fn check_time(&mut self, row: Row, value: Option<f64>) -> Result<f64, RecordingError> {
+    fn check_time(&mut self, row: RowNumber, value: Option<f64>) -> Result<f64, RecordingError> {
         let t_s = self.needed(row, "t_s", value)?;
         if !t_s.is_finite() {
             return Err(self.cell(row, "t_s", format!("{t_s} is not a time"), "every row needs its time in seconds"));
@@ -312,7 +312,7 @@ impl Builder {
         Ok(t_s)
     }
 
-    fn check_enable(&self, row: Row, value: Option<f64>) -> Result<bool, RecordingError> {
+    fn check_enable(&self, row: RowNumber, value: Option<f64>) -> Result<bool, RecordingError> {
         match value {
             None => Ok(true),
             Some(1.0) => Ok(true),
@@ -324,7 +324,7 @@ impl Builder {
         }
     }
 
-    fn check_angle(&mut self, row: Row, t_s: f64, value: Option<f64>) -> Result<Option<f64>, RecordingError> {
+    fn check_angle(&mut self, row: RowNumber, t_s: f64, value: Option<f64>) -> Result<Option<f64>, RecordingError> {
         let Some(angle) = value else { return Ok(None) };
         let column = self.angle_name;
         if !angle.is_finite() {
@@ -340,7 +340,7 @@ impl Builder {
         Ok(Some(angle))
     }
 
-    fn check_code(&self, row: Row, column: &str, code: f64) -> Result<u16, RecordingError> {
+    fn check_code(&self, row: RowNumber, column: &str, code: f64) -> Result<u16, RecordingError> {
         if code.fract() != 0.0 || !(0.0..=65535.0).contains(&code) {
             let help = format!("{column} is the raw code; angles go into angle_rad");
             return Err(self.cell(row, column, format!("{code} is not a code of 0 … 65535"), help));

@@ -5,7 +5,7 @@ use std::path::Path;
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::builder::{Builder, Layout, Values};
-use super::error::Row;
+use super::error::RowNumber;
 use super::{Loaded, Metadata, Place, ReadOptions, RecordingError, progress};
 
 /// Reads a file and `RUN.toml` beside it.
@@ -31,7 +31,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
                 values.set(*column, number(path, line, name, cell)?);
             }
         }
-        builder.push(Row::Line(line), &values)?;
+        builder.push(RowNumber::Line(line), &values)?;
     }
     let (recording, kept) = builder.finish()?;
 
@@ -72,7 +72,7 @@ fn number(path: &Path, line: u64, column: &str, cell: &[u8]) -> Result<Option<f6
     }
     let text = std::str::from_utf8(cell).map_err(|_| not_utf8(path, line, column))?;
     let value = text.parse::<f64>().map_err(|_| RecordingError::Cell {
-        place: Place { path: path.to_owned(), row: Row::Line(line) },
+        place: Place { path: path.to_owned(), row: RowNumber::Line(line) },
         column: column.to_owned(),
         problem: format!("`{}` is not a number", text.chars().take(40).collect::<String>()),
         help: "numbers are written as 0.25 or 2.5e-1; an empty cell is a missing value".into(),
@@ -82,7 +82,7 @@ fn number(path: &Path, line: u64, column: &str, cell: &[u8]) -> Result<Option<f6
 
 fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
     RecordingError::Cell {
-        place: Place { path: path.to_owned(), row: Row::Line(line) },
+        place: Place { path: path.to_owned(), row: RowNumber::Line(line) },
         column: column.to_owned(),
         problem: "these bytes are not UTF-8 text".into(),
         help: "save the file as CSV in UTF-8 (not UTF-16, not a spreadsheet)".into(),
@@ -90,15 +90,15 @@ fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
 }
 
 fn wrong_length(path: &Path, line: u64, cells: usize, columns: usize, last: bool) -> RecordingError {
-    let place = Place { path: path.to_owned(), row: Row::Line(line) };
+    let place = Place { path: path.to_owned(), row: RowNumber::Line(line) };
     if last && cells < columns {
-        return RecordingError::Row {
+        return RecordingError::RowNumber {
             place,
             problem: format!("the last line ends after {cells} of {columns} cells: the file was cut off"),
             help: "delete the last line".into(),
         };
     }
-    RecordingError::Row {
+    RecordingError::RowNumber {
         place,
         problem: format!("{cells} cells, the header has {columns}"),
         help: "every line has one cell a column; leave a missing value empty but keep its comma".into(),

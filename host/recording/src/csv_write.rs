@@ -31,7 +31,7 @@ pub fn write_csv_with(
 
 /// [`write_csv_with`] and what the controller was told and said: columns `state`, `fault`, `tracking`, where a sensor of two
 /// failed `failed_sensor`, and `order` with what
-/// was ordered before a tick, as a person types it.
+/// was commanded before a tick, as a person types it.
 ///
 /// # Errors
 /// As [`write_csv`], and the log does not fit the samples.
@@ -60,7 +60,7 @@ fn write(w: &mut impl Write, recording: &Recording, extra: &[ExtraColumn], log: 
     names.extend(if log.stated.is_empty() { &[][..] } else { &["state", "fault", "tracking"] });
     let has_failed = log.stated.iter().any(|stated| stated.failed_sensor.is_some());
     names.extend(has_failed.then_some("failed_sensor"));
-    names.extend((!log.orders.is_empty()).then_some("order"));
+    names.extend((!log.commands.is_empty()).then_some("order"));
     writeln!(w, "{}", names.join(","))?;
     let (mut cells, mut given) = (Vec::new(), 0);
     for row in 0..recording.len() {
@@ -84,9 +84,9 @@ fn write(w: &mut impl Write, recording: &Recording, extra: &[ExtraColumn], log: 
                 write!(w, ",{failed}")?;
             }
         }
-        if !log.orders.is_empty() {
-            let orders: Vec<&str> = log.orders_before(row, &mut given).iter().map(|o| o.text.as_str()).collect();
-            write!(w, ",{}", orders.join("; "))?;
+        if !log.commands.is_empty() {
+            let commands: Vec<&str> = log.commands_before(row, &mut given).iter().map(|o| o.text.as_str()).collect();
+            write!(w, ",{}", commands.join("; "))?;
         }
         w.write_all(b"\n")?;
     }

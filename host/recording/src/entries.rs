@@ -8,7 +8,7 @@ use mcap::records::Record;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer};
 
-use super::error::Row;
+use super::error::RowNumber;
 use super::mcap_stream::{Choice, Contents, Kind, records};
 use super::telemetry::At;
 use super::{LinkQuality, Place, Progress, RecordedEvent, RecordingError, SessionEvent, Stated};
@@ -16,7 +16,7 @@ use super::{LinkQuality, Place, Progress, RecordedEvent, RecordingError, Session
 /// One of the things that a recording holds.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
-    /// A tick.
+    /// Row of samples.
     Row(FullRow),
     /// Something that happened before the next tick.
     Event(RecordedEvent),
@@ -33,7 +33,7 @@ pub enum Entry {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(default)]
 pub struct FullRow {
-    /// Seconds.
+    /// Time since the recording's zero, s.
     pub t_s: f64,
     /// Exact time of the sample on the robot's clock, µs.
     pub time_us: Option<f64>,
@@ -71,7 +71,7 @@ pub struct FullRow {
     /// What the supervisor and the estimator said.
     #[serde(skip)]
     pub stated: Option<Stated>,
-    /// Duty and estimates are rounded to the steps of `control::protocol::radio::Row`.
+    /// Duty and estimates are rounded to the steps of `control::protocol::radio::PackedTick`.
     #[serde(skip)]
     pub is_radio: bool,
 }
@@ -167,7 +167,7 @@ fn mcap_entries(
         contents.learn(path, &record)?;
         let Some((topic, data)) = contents.message(path, &record)? else { return Ok(()) };
         count += 1;
-        let place = || Place { path: path.to_owned(), row: Row::Message(count) };
+        let place = || Place { path: path.to_owned(), row: RowNumber::Message(count) };
         if topic.kind == Kind::Sample {
             if !rows.choice.takes(topic, &contents.metadata) {
                 return Ok(());
@@ -202,7 +202,7 @@ fn mcap_entries(
 }
 
 fn parsed<T: DeserializeOwned>(data: &[u8], place: impl Fn() -> Place) -> Result<T, RecordingError> {
-    serde_json::from_slice(data).map_err(|e| RecordingError::Row {
+    serde_json::from_slice(data).map_err(|e| RecordingError::RowNumber {
         place: place(),
         problem: format!("not a message of this topic: {e}"),
         help: "docs/recordings.md describes the schemas".into(),
@@ -270,7 +270,7 @@ fn csv_entries(path: &Path, each: &mut dyn FnMut(Entry)) -> Result<(), Recording
             // The file has no repeats apart from the text.
             let repeat = text == last_order;
             text.clone_into(&mut last_order);
-            let event = SessionEvent::Order { text: text.to_owned(), command: None, repeat };
+            let event = SessionEvent::Command { text: text.to_owned(), command: None, repeat };
             each(Entry::Event(RecordedEvent { t_s: row.t_s, robot: None, event }));
         }
         rows.stated = stated(&cell);

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 /// Where in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The file.
+    /// Path of the file, as given.
     pub path: PathBuf,
     /// The row within it.
-    pub row: Row,
+    pub row: RowNumber,
 }
 
 /// A row, as the kind of file counts it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row {
+pub enum RowNumber {
     /// Line of a text file, from 1.
     Line(u64),
     /// Message of an MCAP file, from 1.
@@ -23,8 +23,8 @@ pub enum Row {
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.row {
-            Row::Line(line) => write!(f, "{}, line {line}", self.path.display()),
-            Row::Message(message) => write!(f, "{}, message {message}", self.path.display()),
+            RowNumber::Line(line) => write!(f, "{}, line {line}", self.path.display()),
+            RowNumber::Message(message) => write!(f, "{}, message {message}", self.path.display()),
         }
     }
 }
@@ -36,16 +36,16 @@ pub enum RecordingError {
     #[error("{path}: {source}", path = path.display())]
     #[diagnostic(help("check the name and the permissions"))]
     Io {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
-        /// What it said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// Neither CSV nor MCAP.
     #[error("{}: a recording's name ends with .csv or .mcap", path.display())]
     #[diagnostic(help("docs/recordings.md describes both formats"))]
     UnknownKind {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
     },
     /// A file of 0 bytes, or without a header line.
@@ -54,21 +54,21 @@ pub enum RecordingError {
         "a recording has one header line and one line a sample, e.g. `t_s,duty,angle_rad`; see docs/recordings.md"
     ))]
     Empty {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
     },
     /// A header and nothing else.
     #[error("{}: there is a header and no sample", path.display())]
     #[diagnostic(help("was the recorder stopped before its first sample? Record the run again"))]
     NoSamples {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
     },
     /// Fewer samples than the use needs.
     #[error("{}: {samples} sample(s), at least {needed} are needed", path.display())]
     #[diagnostic(help("a run of some seconds at 1 kHz is what the commands are made for"))]
     TooShort {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// How many there are.
         samples: usize,
@@ -81,80 +81,80 @@ pub enum RecordingError {
         "needed are `t_s`, `duty` or `voltage_v`, and `angle_rad` or `adc`, spelled so in the header line"
     ))]
     MissingColumns {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// What is needed and not there.
         needed: String,
-        /// What is there.
+        /// Header or content that was found.
         found: String,
     },
     /// Two columns that say the same thing.
     #[error("{}: both `{first}` and `{second}`, which say the same thing twice", path.display())]
     #[diagnostic(help("keep the one that was measured and delete the other"))]
     Conflict {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
-        /// One column.
+        /// Name of the first column.
         first: &'static str,
-        /// The other.
+        /// Name of the column that contradicts it.
         second: &'static str,
     },
     /// A column that occurs twice.
     #[error("{}: column `{column}` occurs twice in the header", path.display())]
     #[diagnostic(help("rename or delete one of the two"))]
     Duplicate {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
-        /// The column.
+        /// Name of the column.
         column: String,
     },
     /// One cell is wrong.
     #[error("{place}, column `{column}`: {problem}")]
     #[diagnostic(help("{help}"))]
     Cell {
-        /// The row.
+        /// File and row.
         place: Place,
-        /// The column.
+        /// Name of the column.
         column: String,
         /// What is wrong and what was expected.
         problem: String,
-        /// What to do.
+        /// Advice: what to change, where.
         help: String,
     },
     /// A whole row is wrong.
     #[error("{place}: {problem}")]
     #[diagnostic(help("{help}"))]
-    Row {
-        /// The row.
+    RowNumber {
+        /// File and row.
         place: Place,
         /// What is wrong and what was expected.
         problem: String,
-        /// What to do.
+        /// Advice: what to change, where.
         help: String,
     },
     /// The file as a whole is not what its name says.
     #[error("{}: {problem}", path.display())]
     #[diagnostic(help("{help}"))]
     Format {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// What is wrong and what was expected.
         problem: String,
-        /// What to do.
+        /// Advice: what to change, where.
         help: String,
     },
     /// A recording is never written over.
     #[error("{}: there is such a file already", path.display())]
     #[diagnostic(help("a recording is never written over: choose another name"))]
     Exists {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
     },
     /// There is no room for it.
     #[error("{}: the disk is full: {kept}", path.display())]
     #[diagnostic(help("make room on the disk, or choose another one with --out"))]
     DiskFull {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// What there is of it.
         kept: Left,
@@ -163,7 +163,7 @@ pub enum RecordingError {
     #[error("{}: the recording has stopped: {why}", path.display())]
     #[diagnostic(help("what was recorded until then is readable; begin a new recording once that is mended"))]
     Stopped {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// What the operating system said.
         why: String,
@@ -172,7 +172,7 @@ pub enum RecordingError {
     #[error("{}: this session has several robots: {}", path.display(), names.join(", "))]
     #[diagnostic(help("choose one by its name (`scram replay`: --robot-name NAME)"))]
     SeveralRobots {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// Those with samples.
         names: Vec<String>,
@@ -181,7 +181,7 @@ pub enum RecordingError {
     #[error("{}: no samples of a robot `{wanted}`; there is {}", path.display(), names.join(", "))]
     #[diagnostic(help("names are spelled as in the recording's topics"))]
     NoSuchRobot {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// Who was asked for.
         wanted: String,
@@ -196,7 +196,7 @@ pub enum RecordingError {
         path: PathBuf,
         /// How the two disagree.
         problem: String,
-        /// What to do.
+        /// Advice: what to change, where.
         help: String,
     },
 }
@@ -206,7 +206,7 @@ pub enum RecordingError {
 pub enum Left {
     /// It is written whole or not at all.
     Before,
-    /// It grew.
+    /// Rows were added before the first.
     Beginning,
 }
 

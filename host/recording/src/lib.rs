@@ -52,17 +52,17 @@ use std::path::{Path, PathBuf};
 pub use builder::Kept;
 pub use csv_write::{write_csv, write_csv_run, write_csv_with};
 pub use entries::{Entry, FullRow, entries, entries_with, events};
-pub use error::{Left, Place, RecordingError, Row, is_disk_full};
+pub use error::{Left, Place, RecordingError, RowNumber, is_disk_full};
 pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_with};
 pub use metadata::Metadata;
 pub use progress::Progress;
 pub use rig::check_rig;
-pub use run_log::{LoggedOrder, RunLog};
+pub use run_log::{LoggedCommand, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
 pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};
 pub use words::fault;
 
-/// One run.
+/// Samples of one run, one vector per column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
     /// Where it was read from, for messages; empty for a run made in memory.
@@ -152,7 +152,7 @@ pub struct ExtraColumn {
     pub values: Vec<Option<f64>>,
 }
 
-/// How to read.
+/// Options of [`load_with`].
 #[derive(Clone, Debug)]
 pub struct ReadOptions {
     /// Samples held at most; a longer recording is thinned by dropping whole blocks (see [`Kept`]).

@@ -6,7 +6,7 @@ use mcap::records::Record;
 use serde_json::{Map, Value};
 
 use super::builder::{Builder, Layout, Values};
-use super::error::Row;
+use super::error::RowNumber;
 use super::mcap_stream::{Choice, Contents, Ending, Kind, records};
 use super::mcap_write::SAMPLE_TOPIC;
 use super::{Loaded, Place, ReadOptions, RecordingError};
@@ -52,9 +52,9 @@ impl State<'_> {
 
     fn message(&mut self, data: &[u8]) -> Result<(), RecordingError> {
         self.messages += 1;
-        let row = Row::Message(self.messages);
+        let row = RowNumber::Message(self.messages);
         let place = Place { path: self.path.to_owned(), row };
-        let message: Map<String, Value> = serde_json::from_slice(data).map_err(|e| RecordingError::Row {
+        let message: Map<String, Value> = serde_json::from_slice(data).map_err(|e| RecordingError::RowNumber {
             place: place.clone(),
             problem: format!("not a JSON object: {e}"),
             help: "docs/recordings.md describes the schema".into(),

@@ -14,7 +14,7 @@ use common::atomic::write_atomically;
 
 use super::schema::{event_schema, state_schema};
 use super::telemetry::At;
-use super::{ExtraColumn, LoggedOrder, Metadata, Recording, RecordingError, RunLog, SessionEvent};
+use super::{ExtraColumn, LoggedCommand, Metadata, Recording, RecordingError, RunLog, SessionEvent};
 
 /// Topic of the standard columns.
 pub(super) const SAMPLE_TOPIC: &str = "/sample";
@@ -91,7 +91,7 @@ fn write<W: std::io::Write + std::io::Seek>(
         let columns = std::iter::once("t_s").chain(extra.iter().map(|column| column.name.as_str()));
         Some(channel(&mut writer, EXTRA_TOPIC, "scram.Simulation", columns)?)
     };
-    let told = Told::begin(&mut writer, log, !recording.adc_second.is_empty())?;
+    let told = EventChannels::begin(&mut writer, log, !recording.adc_second.is_empty())?;
     let start = recording.t_s.first().copied().unwrap_or(0.0);
     let mut cells = Vec::new();
     let mut given = 0;
@@ -106,9 +106,9 @@ fn write<W: std::io::Write + std::io::Seek>(
             log_time,
             publish_time: log_time,
         };
-        // Orders and states before the sample of their tick.
-        for order in log.orders_before(row, &mut given) {
-            told.order(&mut writer, &header(told.event), t_s, order)?;
+        // Commands and states before the sample of their tick.
+        for command in log.commands_before(row, &mut given) {
+            told.command(&mut writer, &header(told.event), t_s, command)?;
         }
         told.state(&mut writer, &header(told.state), t_s, log, row)?;
         rows::standard_cells(recording, row, &mut cells);
@@ -128,12 +128,12 @@ fn write<W: std::io::Write + std::io::Seek>(
 }
 
 /// Channels of what a controller was told and said; 0, which is no channel, where there is nothing to tell.
-struct Told {
+struct EventChannels {
     event: u16,
     state: u16,
 }
 
-impl Told {
+impl EventChannels {
     fn begin<W: std::io::Write + std::io::Seek>(
         writer: &mut mcap::Writer<W>,
         log: &RunLog,
@@ -144,20 +144,20 @@ impl Told {
             writer.add_channel(schema, topic, "json", &BTreeMap::new())
         };
         Ok(Self {
-            event: if log.orders.is_empty() { 0 } else { add("/event", "scram.Event", event_schema())? },
+            event: if log.commands.is_empty() { 0 } else { add("/event", "scram.Event", event_schema())? },
             state: if log.stated.is_empty() { 0 } else { add("/state", "scram.State", state_schema(two_sensors))? },
         })
     }
 
-    fn order<W: std::io::Write + std::io::Seek>(
+    fn command<W: std::io::Write + std::io::Seek>(
         &self,
         writer: &mut mcap::Writer<W>,
         header: &mcap::records::MessageHeader,
         t_s: f64,
-        order: &LoggedOrder,
+        command: &LoggedCommand,
     ) -> mcap::McapResult<()> {
-        let (text, command, repeat) = (order.text.clone(), Some(order.command), order.repeat);
-        let message = At { t_s, what: SessionEvent::Order { text, command, repeat } };
+        let (text, command, repeat) = (command.text.clone(), Some(command.command), command.repeat);
+        let message = At { t_s, what: SessionEvent::Command { text, command, repeat } };
         writer.write_to_known_channel(header, json!(message).to_string().as_bytes())
     }
 

@@ -1,6 +1,6 @@
 //! Whether a recording can be of the rig that a robot file describes.
 
-use description::robot::{Robot, Sensor};
+use robot_file::robot::{Robot, Sensor};
 
 use super::{AngleReading, Loaded, RecordingError};
 

@@ -14,30 +14,30 @@ pub struct RunLog {
     /// After every tick; one a sample, or none at all.
     pub stated: Vec<Stated>,
     /// What the controller was told, in this order.
-    pub orders: Vec<LoggedOrder>,
+    pub commands: Vec<LoggedCommand>,
 }
 
-/// An order and the tick before which it was given.
+/// A command and the tick before which it was given.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LoggedOrder {
+pub struct LoggedCommand {
     /// Index of the sample.
     pub row: usize,
     /// As a person types it.
     pub text: String,
     /// What the controller was told, with the time of that sample.
     pub command: Command,
-    /// The order before, told again to keep it fresh.
+    /// The command before, told again to keep it fresh.
     pub repeat: bool,
 }
 
 impl RunLog {
-    /// Fails unless it has one value a sample, and orders at samples.
+    /// Fails unless it has one value a sample, and commands at samples.
     pub(super) fn check(&self, path: &Path, recording: &Recording) -> Result<(), RecordingError> {
         let n = recording.len();
         let even = self.numbers.iter().all(|column| column.values.len() == n)
             && (self.stated.is_empty() || self.stated.len() == n)
-            && self.orders.is_sorted_by_key(|order| order.row)
-            && self.orders.last().is_none_or(|order| order.row < n);
+            && self.commands.is_sorted_by_key(|command| command.row)
+            && self.commands.last().is_none_or(|command| command.row < n);
         if even {
             return Ok(());
         }
@@ -48,10 +48,10 @@ impl RunLog {
         })
     }
 
-    /// The orders before a sample; `from` is the index of the first that was not given yet, and moves on.
-    pub(super) fn orders_before(&self, row: usize, from: &mut usize) -> &[LoggedOrder] {
-        let rest = self.orders.get(*from..).unwrap_or_default();
-        let count = rest.iter().take_while(|order| order.row <= row).count();
+    /// The commands before a sample; `from` is the index of the first that was not given yet, and moves on.
+    pub(super) fn commands_before(&self, row: usize, from: &mut usize) -> &[LoggedCommand] {
+        let rest = self.commands.get(*from..).unwrap_or_default();
+        let count = rest.iter().take_while(|command| command.row <= row).count();
         *from += count;
         &rest[..count]
     }

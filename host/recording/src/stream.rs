@@ -28,7 +28,7 @@ const MOST_WAITING: usize = 64 << 10;
 pub(super) const ROBOT_KEY: &str = "robot";
 /// Key of a channel's metadata: how exact the values are.
 pub(super) const VALUES_KEY: &str = "values";
-/// Value of [`VALUES_KEY`]: to the steps of `control::protocol::radio::Row`.
+/// Value of [`VALUES_KEY`]: to the steps of `control::protocol::radio::PackedTick`.
 pub(super) const RADIO_VALUES: &str = "radio";
 
 /// A robot of a recording.
@@ -282,7 +282,7 @@ impl SessionRecorder {
         let text = serde_json::to_writer(&mut self.message, message);
         text.map_err(|e| self.stop(Why::Other(e.to_string())))?;
         self.sequence = self.sequence.wrapping_add(1);
-        // Saturates: a time that is no number is still in the file.
+        // Saturates: a time that is NaN is still in the file.
         let log_time = (t_s * 1e9).round() as u64;
         let header = MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
         let written = self.writer.write_to_known_channel(&header, &self.message);

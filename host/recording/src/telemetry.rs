@@ -35,7 +35,7 @@ pub struct TelemetryRow {
 pub struct Stated {
     /// State of the supervisor.
     pub state: State,
-    /// Cause, in `State::Fault`.
+    /// Cause of the fault; `None` outside `State::Fault`.
     pub fault: Option<Fault>,
     /// An angle has been acquired.
     pub tracking: bool,
@@ -51,7 +51,7 @@ pub struct LinkQuality {
     pub rate_hz: f32,
     /// Share of ticks that were lost, 0 … 1.
     pub loss: f32,
-    /// From an order to its answer, s.
+    /// From a command to its answer, s.
     pub latency_s: Option<f32>,
     /// Received signal strength, dBm.
     pub rssi_dbm: Option<f32>,
@@ -61,17 +61,18 @@ pub struct LinkQuality {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum SessionEvent {
-    /// A person or a script ordered something.
-    Order {
+    /// A person or a script commanded something.
+    #[serde(rename = "order")]
+    Command {
         /// As it was typed.
         text: String,
         /// What it means to the controller; `None` for what does not go there (`get`, `set`, `save` …).
         command: Option<Command>,
-        /// The order before, told again to keep it fresh.
+        /// The command before, told again to keep it fresh.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         repeat: bool,
     },
-    /// The robot answered an order.
+    /// The robot answered a command.
     Answer {
         /// For people: the value of a `get`, why it is refused.
         text: String,
@@ -87,14 +88,14 @@ pub enum SessionEvent {
     },
     /// The supervisor stepped in.
     Fault {
-        /// Why.
+        /// Cause of the fault.
         fault: Fault,
     },
     /// Nothing is heard of the robot any more.
     LinkLost,
     /// It is heard again.
     LinkRegained,
-    /// The stop key.
+    /// The stop key was pressed.
     Stop,
     /// Anything else worth a line.
     Note {
@@ -112,7 +113,7 @@ pub struct ParameterValue {
     pub value: f32,
 }
 
-/// What became of an order.
+/// Outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {

@@ -8,7 +8,7 @@ use divan::Bencher;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use scram::console::model::{Level, Model, RobotModel, Series};
-use scram::console::screen::{History, Look, Prompt, Screen, draw};
+use scram::console::screen::{History, Prompt, Screen, Theme, draw};
 
 fn main() {
     divan::main();
@@ -44,7 +44,7 @@ fn picture(bencher: Bencher<'_, '_>, (width, height): (u16, u16)) {
     for number in 0..500 {
         model.log(Some(0), Level::Note, format!("event {number} that tells something about a robot"));
     }
-    let mut screen = Screen::new(Look { colour: true, ascii: false }, Prompt::new(History::default()));
+    let mut screen = Screen::new(Theme { colour: true, ascii: false }, Prompt::new(History::default()));
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("it cannot fail");
     bencher.bench_local(|| {
         // Every picture is another one, as with live data.

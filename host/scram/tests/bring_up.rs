@@ -7,9 +7,9 @@ use std::path::Path;
 
 use common::command::{fails, json, scram, succeeds, succeeds_saying, temporary};
 use common::{robot, root};
-use scram::bring_up::{Checked, Chip, Options, Report, Verdict, simulated, steps};
-use workbench::broken::Broken;
-use workbench::setup::Setup;
+use scram::bring_up::{Checked, Chip, Options, Report, StepResult, simulated, steps};
+use testbed::broken::Broken;
+use testbed::setup::Setup;
 
 /// What a simulated person and a program can look at, all of it.
 const LOOKED_AT: [u16; 41] = [
@@ -27,7 +27,7 @@ fn on_broken(broken: Broken) -> Report {
     walk(1, |setup| setup.robots[0].broken.push(broken))
 }
 
-fn with(report: &Report, verdict: Verdict) -> Vec<&Checked> {
+fn with(report: &Report, verdict: StepResult) -> Vec<&Checked> {
     report.steps.iter().filter(|step| step.verdict == verdict).collect()
 }
 
@@ -38,12 +38,12 @@ fn numbers(steps: &[&Checked]) -> Vec<u16> {
 /// Exactly these steps fail, and each says this.
 #[track_caller]
 fn fails_with(report: &Report, expected: &[(u16, &str)]) {
-    let failed = with(report, Verdict::Failed);
+    let failed = with(report, StepResult::Failed);
     let told: Vec<String> = failed.iter().map(|step| format!("{} {:?}", step.number, step.checks)).collect();
     let wanted: Vec<u16> = expected.iter().map(|(number, _)| *number).collect();
     assert_eq!(numbers(&failed), wanted, "{told:#?}");
     for (step, (_, says)) in failed.iter().zip(expected) {
-        let wrong = step.checks.iter().filter(|check| check.verdict == Verdict::Failed);
+        let wrong = step.checks.iter().filter(|check| check.verdict == StepResult::Failed);
         let text: Vec<String> = wrong.map(|check| format!("{}: {}", check.what, check.found)).collect();
         assert!(text.iter().any(|line| line.contains(says)), "{}: {text:?} does not say `{says}`", step.number);
     }
@@ -74,7 +74,7 @@ fn on_a_sound_board_nothing_fails_and_what_can_be_looked_at_passes() {
     for seed in 1..=6 {
         let report = walk(seed, |_| {});
         fails_with(&report, &[]);
-        assert_eq!(numbers(&with(&report, Verdict::Passed)), LOOKED_AT, "seed {seed}");
+        assert_eq!(numbers(&with(&report, StepResult::Passed)), LOOKED_AT, "seed {seed}");
         assert_eq!(report.steps.len(), report.passed + report.not_checked);
     }
 }
@@ -105,13 +105,13 @@ fn a_missing_pull_down_is_found() {
 #[test]
 fn a_converter_with_one_code_is_found() {
     let report = on_broken(Broken::Converter);
-    let failed = numbers(&with(&report, Verdict::Failed));
+    let failed = numbers(&with(&report, StepResult::Failed));
     // With it the robot does not drive at all, and says why.
     assert!(failed.contains(&14) && failed.contains(&16), "{failed:?}");
-    let refused = report.steps.iter().flat_map(|step| &step.checks).filter(|check| check.verdict == Verdict::Failed);
+    let refused = report.steps.iter().flat_map(|step| &step.checks).filter(|check| check.verdict == StepResult::Failed);
     assert!(refused.filter(|check| check.found.contains("repeats one code at rest")).count() > 10);
     let codes = report.steps.iter().find(|step| step.number == 14).expect("it is there");
-    let wrong = codes.checks.iter().find(|check| check.verdict == Verdict::Failed).expect("it fails");
+    let wrong = codes.checks.iter().find(|check| check.verdict == StepResult::Failed).expect("it fails");
     assert_eq!((wrong.what.as_str(), wrong.found.as_str()), ("code at 0.00 V", "1234"));
 }
 
@@ -120,7 +120,7 @@ fn a_radio_without_acknowledgement_is_found() {
     let report = on_broken(Broken::Acknowledgement);
     let mut expected = vec![(28, "frames of the robot without acknowledgement: 100.0 %")];
     // Nothing counts as sent then, so that the loss of a single message, which is drawn, is too much.
-    if with(&report, Verdict::Failed).iter().any(|step| step.number == 54) {
+    if with(&report, StepResult::Failed).iter().any(|step| step.number == 54) {
         expected.push((54, "messages that were lost meanwhile"));
     }
     fails_with(&report, &expected);
@@ -149,8 +149,8 @@ fn a_missing_failsafe_of_silence_is_found() {
     let options = Options::simulated(&strict, Chip::Esp32c3).expect("a controller");
     let report = simulated::simulate(&robot(), &options, 1, |_| {}, &mut |_| {}).expect("a bench");
     let silent = report.steps.iter().find(|step| step.number == 13).expect("it is there");
-    assert_eq!(silent.verdict, Verdict::Failed);
-    let late = silent.checks.iter().find(|check| check.verdict == Verdict::Failed).expect("one fails");
+    assert_eq!(silent.verdict, StepResult::Failed);
+    let late = silent.checks.iter().find(|check| check.verdict == StepResult::Failed).expect("one fails");
     assert!(late.what.contains("longest time that EN was high"), "{:?}", silent.checks);
 }
 
@@ -160,7 +160,7 @@ fn an_ordinary_image_makes_no_fault_and_that_is_said() {
     fails_with(&report, &[]);
     assert!(!report.injectable);
     for step in report.steps.iter().filter(|step| [6, 7, 8, 9, 58, 59, 60, 62, 66, 67, 68, 69].contains(&step.number)) {
-        assert_eq!(step.verdict, Verdict::NotChecked, "{}", step.number);
+        assert_eq!(step.verdict, StepResult::NotChecked, "{}", step.number);
         assert!(step.checks.iter().any(|check| check.found.contains("--inject")), "{:?}", step.checks);
     }
 }
@@ -222,14 +222,14 @@ mod on_a_port {
     use std::io::Write;
     use std::process::{Output, Stdio};
     use std::time::Duration;
-    use workbench::incident::Incident;
-    use workbench::realtime::{Options, Simulation};
-    use workbench::setup::{DONGLE, pairing};
+    use testbed::injected_event::InjectedEvent;
+    use testbed::realtime::{Options, Simulation};
+    use testbed::setup::{DONGLE, pairing};
 
     /// Runs it on an ordinary image, with something typed.
-    fn run(directory: &Path, incidents: &[Incident], words: &str, typed: &str) -> Output {
-        let incidents = incidents.iter().map(|incident| (Duration::ZERO, *incident)).collect();
-        let options = Options { robots: 1, seed: 1, pairings: vec![Some(pairing(DONGLE, 1, 0))], incidents };
+    fn run(directory: &Path, injected_events: &[InjectedEvent], words: &str, typed: &str) -> Output {
+        let injected_events = injected_events.iter().map(|injected_event| (Duration::ZERO, *injected_event)).collect();
+        let options = Options { robots: 1, seed: 1, pairings: vec![Some(pairing(DONGLE, 1, 0))], injected_events };
         let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
         keys(1, 1).save(&directory.join("keys.toml")).expect("writes");
         let port = simulation.port().display();
@@ -295,7 +295,7 @@ mod on_a_port {
     fn a_lossy_air_fails_the_step_of_the_link() {
         let directory = temporary();
         let lossy = Trouble { loss_share: Some(0.5), ..Trouble::NONE };
-        let output = run(directory.path(), &[Incident::Air(lossy)], "--skip-manual --steps 28", "");
+        let output = run(directory.path(), &[InjectedEvent::Air(lossy)], "--skip-manual --steps 28", "");
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{stderr}");
         assert!(stderr.contains("28  Robot and dongle hear each other") && stderr.contains("FAILED"), "{stderr}");
@@ -304,7 +304,7 @@ mod on_a_port {
     #[test]
     fn without_a_dongle_nothing_is_written() {
         let directory = temporary();
-        let output = run(directory.path(), &[Incident::DongleHangs], "--skip-manual", "");
+        let output = run(directory.path(), &[InjectedEvent::DongleHangs], "--skip-manual", "");
         assert_eq!(output.status.code(), Some(1));
         assert!(!directory.path().join("out").exists());
     }

@@ -11,12 +11,12 @@ use std::time::Duration;
 use common::bench::keys;
 use common::{robot, robot_file};
 use control::State;
-use description::Robot;
 use hal_sim::Fault;
 use recording::load;
-use workbench::incident::Incident;
-use workbench::realtime::{Options, Simulation};
-use workbench::setup::{DONGLE, pairing};
+use robot_file::Robot;
+use testbed::injected_event::InjectedEvent;
+use testbed::realtime::{Options, Simulation};
+use testbed::setup::{DONGLE, pairing};
 
 /// A bench on the far end of a pseudo-terminal, in real time, and the keys to it.
 struct OnTty {
@@ -25,9 +25,9 @@ struct OnTty {
 }
 
 impl OnTty {
-    fn new(incidents: &[Incident]) -> Self {
-        let incidents = incidents.iter().map(|incident| (Duration::ZERO, *incident)).collect();
-        let options = Options { robots: 1, seed: 1, pairings: vec![Some(pairing(DONGLE, 1, 0))], incidents };
+    fn new(injected_events: &[InjectedEvent]) -> Self {
+        let injected_events = injected_events.iter().map(|injected_event| (Duration::ZERO, *injected_event)).collect();
+        let options = Options { robots: 1, seed: 1, pairings: vec![Some(pairing(DONGLE, 1, 0))], injected_events };
         let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
         let directory = tempfile::tempdir().expect("a directory");
         keys(1, 1).save(&directory.path().join("keys.toml")).expect("writes");
@@ -79,7 +79,7 @@ fn the_program_calibrates_a_robot_over_a_serial_line() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     let calibrated = Robot::load(&out.path().join("robot.toml")).expect("a robot file");
-    let description::robot::Sensor::Potentiometer(sensor) = calibrated.sensor else { panic!("a potentiometer") };
+    let robot_file::robot::Sensor::Potentiometer(sensor) = calibrated.sensor else { panic!("a potentiometer") };
     let correction = sensor.correction.expect("a correction");
     assert!(correction.source.contains("run.mcap") && correction.residual_deg < 0.2, "{correction:?}");
     for name in ["run.mcap", "run.csv", "run.toml", "potentiometer.svg"] {
@@ -127,7 +127,7 @@ fn ctrl_c_stops_the_motor_and_keeps_the_recording() {
 
 #[test]
 fn a_motor_with_swapped_wires_is_said() {
-    let tty = OnTty::new(&[Incident::Fault(0, Fault::MotorReversed)]);
+    let tty = OnTty::new(&[InjectedEvent::Fault(0, Fault::MotorReversed)]);
     let out = tempfile::tempdir().expect("a directory");
     let (status, stdout, stderr) = finished(tty.calibrate(out.path(), &["--yes"]));
     assert_eq!(status.code(), Some(1), "{stdout}{stderr}");
@@ -138,7 +138,7 @@ fn a_motor_with_swapped_wires_is_said() {
 
 #[test]
 fn without_a_dongle_nothing_is_written() {
-    let tty = OnTty::new(&[Incident::DongleHangs]);
+    let tty = OnTty::new(&[InjectedEvent::DongleHangs]);
     let out = tempfile::tempdir().expect("a directory");
     let (status, stdout, stderr) = finished(tty.calibrate(out.path(), &["--yes"]));
     assert_eq!(status.code(), Some(1), "{stdout}{stderr}");

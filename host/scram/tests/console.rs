@@ -14,9 +14,9 @@ use common::{robot, robot_file};
 use control::{Fault, State};
 use recording::{ReadOptions, SessionEvent, events, load_with};
 use serde_json::Value;
-use workbench::incident::Incident;
-use workbench::realtime::{Options, Simulation};
-use workbench::setup::{DONGLE, pairing};
+use testbed::injected_event::InjectedEvent;
+use testbed::realtime::{Options, Simulation};
+use testbed::setup::{DONGLE, pairing};
 
 const SEED: u64 = 1;
 
@@ -29,7 +29,7 @@ struct OnTty {
 impl OnTty {
     fn new(robots: usize) -> Self {
         let pairings = (0..robots).map(|index| Some(pairing(DONGLE, SEED, index))).collect();
-        let options = Options { robots, seed: SEED, pairings, incidents: Vec::new() };
+        let options = Options { robots, seed: SEED, pairings, injected_events: Vec::new() };
         let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
         let directory = tempfile::tempdir().expect("a directory");
         keys(robots, SEED).save(&directory.path().join("keys.toml")).expect("writes");
@@ -123,7 +123,7 @@ fn commands_are_done_one_after_the_other_and_recorded() {
     let typed: Vec<&str> = events
         .iter()
         .filter_map(
-            |event| if let SessionEvent::Order { text, .. } = &event.event { Some(text.as_str()) } else { None },
+            |event| if let SessionEvent::Command { text, .. } = &event.event { Some(text.as_str()) } else { None },
         )
         .collect();
     assert_eq!(typed, ["clear", "freq 7", "set frequency_hz 9", "get frequency_hz"]);
@@ -141,14 +141,14 @@ fn exit_codes_say_what_went_wrong() {
         ("clear; freq 7; wait 20s", 5, "stopped itself"),
     ] {
         if expected == 5 {
-            tty.simulation.happen(Incident::Fault(0, hal_sim::Fault::Stalled));
+            tty.simulation.apply(InjectedEvent::Fault(0, hal_sim::Fault::Stalled));
         }
         let (code, stdout, stderr) = tty.run(&["--command", commands]);
         assert_eq!(code, Some(expected), "{commands}: {stdout}{stderr}");
         assert!(format!("{stdout}{stderr}").contains(words), "{commands}: {stdout}{stderr}");
         assert!(!tty.states()[0].0.is_driving(), "{commands}");
     }
-    tty.simulation.happen(Incident::PowerCut(0));
+    tty.simulation.apply(InjectedEvent::PowerCut(0));
     let (code, _, stderr) = tty.run(&["--command", "status"]);
     assert_eq!(code, Some(1), "{stderr}");
     assert!(stderr.contains("does not answer"), "{stderr}");
@@ -162,7 +162,7 @@ fn a_robot_that_goes_while_it_drives_is_exit_code_4() {
     let tty = OnTty::new(1);
     let child = tty.spawn(&["--command", "clear; freq 7; wait 20s"]);
     tty.wait_until("drives", |tty| tty.states()[0].0 == State::Speed);
-    tty.simulation.happen(Incident::Place(0, 1e4));
+    tty.simulation.apply(InjectedEvent::Place(0, 1e4));
     let (code, stdout, stderr) = said(child.wait_with_output().expect("it ends"));
     assert_eq!(code, Some(4), "{stdout}{stderr}");
     assert_eq!(tty.states(), [(State::Fault, Some(Fault::CommandTooOld))]);

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use assert_cmd::Command;
-use description::Robot;
 use hal_sim::body::Plan;
 use mjcf::{MjcfError, Options, model};
+use robot_file::Robot;
 use roxmltree::{Document, Node};
 
 fn robot_file() -> PathBuf {

@@ -8,12 +8,12 @@ use std::time::Duration;
 use assert_cmd::Command;
 use control::protocol::VERSION;
 use control::protocol::frame::{Deframer, LONGEST, encode};
-use control::protocol::lockstep::{Answer, Cost, Hello, Meter, Question, Reply, Request, Server, Target};
+use control::protocol::lockstep::{Answer, AnswerFrame, Cost, Hello, Meter, Question, QuestionFrame, Server, Target};
 use control::{Controller, Parameters};
-use description::Robot;
 use hal_sim::{Settings, SimulatedRobot};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use robot_file::Robot;
 use scram::hil::{Client, HilError, Remote, Transport};
 use simulation::{Drive, Plan, Scheduled, Trace, closed_loop, closed_loop_with};
 
@@ -89,7 +89,7 @@ impl Chip {
 impl Transport for &mut Chip {
     fn send(&mut self, bytes: &[u8]) -> Result<(), HilError> {
         for byte in self.carry(bytes) {
-            let Some(Ok(request)) = self.deframer.push::<Request>(byte) else { continue };
+            let Some(Ok(request)) = self.deframer.push::<QuestionFrame>(byte) else { continue };
             if self.reset_before == Some(request.number) {
                 self.server = Server::new(OnHost);
             }
@@ -119,7 +119,7 @@ fn robot() -> Robot {
 }
 
 fn parameters(robot: &Robot) -> Parameters {
-    description::design::design(robot).expect("a design").parameters
+    robot_file::design::design(robot).expect("a design").parameters
 }
 
 fn plan() -> Plan {
@@ -140,7 +140,7 @@ fn plain(robot: &Robot) -> Trace {
 fn a_chip_decides_like_the_host_over_any_line() {
     let robot = robot();
     let plain = plain(&robot);
-    assert!(plain.orders.iter().any(|given| given.refusal.is_some()), "the script holds a refusal");
+    assert!(plain.commands.iter().any(|given| given.refusal.is_some()), "the script holds a refusal");
     let noises = [
         Noise::default(),
         Noise { lost: 10, ..Noise::default() },
@@ -156,7 +156,7 @@ fn a_chip_decides_like_the_host_over_any_line() {
             .expect("a chip at the other end");
         let trace = closed_loop_with(simulated(&robot), &mut remote, &plan()).expect("a run");
         assert_eq!(trace.ticks, plain.ticks);
-        assert_eq!(trace.orders, plain.orders);
+        assert_eq!(trace.commands, plain.commands);
         let (counts, ticks) = (remote.counts(), remote.ticks().clone());
         assert_eq!((ticks.costs.len(), ticks.median_and_worst(), ticks.stack), (2000, Some((7, 7)), 11));
         let told = counts.resent + counts.bad_here + counts.bad_there;
@@ -218,7 +218,7 @@ fn parameters_that_no_controller_takes_are_refused() {
 fn a_request_is_served_once_and_answered_as_often_as_it_is_asked() {
     let robot = robot();
     let mut server = Server::new(OnHost);
-    let mut ask = |number, question| server.serve(&Request { number, question }, 0);
+    let mut ask = |number, question| server.serve(&QuestionFrame { number, question }, 0);
     let tick = Question::Tick(control::Sample::default());
     assert!(matches!(ask(5, tick).answer, Answer::OutOfOrder));
     assert!(matches!(ask(5, Question::Hello).answer, Answer::Hello(_)));
@@ -226,7 +226,7 @@ fn a_request_is_served_once_and_answered_as_often_as_it_is_asked() {
     assert!(matches!(ask(7, Question::Start(parameters(&robot))).answer, Answer::Started(true)));
     let first = ask(8, tick);
     assert_eq!(first, ask(8, tick));
-    let Reply { answer: Answer::Ticked(ticked), .. } = first else { panic!("{first:?}") };
+    let AnswerFrame { answer: Answer::Ticked(ticked), .. } = first else { panic!("{first:?}") };
     assert_eq!(ticked.count, 1);
     assert!(matches!(ask(10, tick).answer, Answer::OutOfOrder), "9 is missing");
     assert!(matches!(ask(9, tick).answer, Answer::Ticked(ticked) if ticked.count == 2));

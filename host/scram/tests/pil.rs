@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use scram::hil::{HilError, PROGRAM, Qemu};
-use workbench::peers::skip;
+use testbed::peers::skip;
 
 const SCRAM: &str = env!("CARGO_BIN_EXE_scram");
 

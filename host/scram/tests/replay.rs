@@ -8,12 +8,12 @@ use std::time::Duration;
 
 use assert_cmd::Command;
 use control::Controller;
-use control::protocol::radio::Row;
-use description::Robot;
+use control::protocol::radio::PackedTick;
 use recording::{
     LinkQuality, Metadata, RobotChannel, SessionEvent, SessionRecorder, Stated, TelemetryRow, load, write_csv,
     write_mcap,
 };
+use robot_file::Robot;
 use scram::console::Engine;
 use scram::replay::{Findings, replay};
 use serde_json::Value;
@@ -90,7 +90,7 @@ fn every_kind_of_sensor_is_decided_again() {
     for variant in std::fs::read_dir(root().join("robots")).unwrap() {
         let file = variant.unwrap().path();
         let Ok(robot) = Robot::load(&file) else { continue };
-        if description::design::design(&robot).is_err() {
+        if robot_file::design::design(&robot).is_err() {
             continue;
         }
         let directory = tempfile::tempdir().unwrap();
@@ -162,7 +162,7 @@ fn recordings_without_orders_are_plotted_and_say_why_there_is_no_more() {
     let directory = tempfile::tempdir().unwrap();
     let file = root().join("robot.toml");
     simulate(directory.path(), &file, "freq:7", "");
-    // As `scram sim` wrote them before it recorded orders, and as `scram calibrate` does.
+    // As `scram sim` wrote them before it recorded commands, and as `scram calibrate` does.
     let bare = load(&directory.path().join("run/run.csv")).unwrap();
     write_csv(&directory.path().join("old.csv"), &bare).unwrap();
     write_mcap(&directory.path().join("old.mcap"), &bare).unwrap();
@@ -197,13 +197,13 @@ fn another_robots_recording_is_plotted_only() {
 
 /// What a robot would have told of a run, through a radio that loses some batches: rows of ten ticks, values on its steps.
 fn tell(recorder: &mut SessionRecorder, channel: RobotChannel, trace: &Trace, loses: impl Fn(usize) -> bool) {
-    let mut orders = trace.told.iter().filter(|told| !told.repeat).peekable();
+    let mut commands = trace.told.iter().filter(|told| !told.repeat).peekable();
     for (index, tick) in trace.ticks.iter().enumerate() {
         let t_s = index as f64 * 1e-3;
         // It takes 7 ms from the console to the robot.
-        while let Some(told) = orders.next_if(|told| told.tick <= index + 7) {
-            let (text, command) = (told.order.to_string(), Some(told.order.command()));
-            recorder.event(t_s, Some(channel), &SessionEvent::Order { text, command, repeat: false }).unwrap();
+        while let Some(told) = commands.next_if(|told| told.tick <= index + 7) {
+            let (text, command) = (told.command.to_string(), Some(told.command.to_control()));
+            recorder.event(t_s, Some(channel), &SessionEvent::Command { text, command, repeat: false }).unwrap();
         }
         if index % 100 == 0 {
             let far = (index as f32 * 2e-3).sin();
@@ -215,7 +215,7 @@ fn tell(recorder: &mut SessionRecorder, channel: RobotChannel, trace: &Trace, lo
             continue;
         }
         let t = &tick.telemetry;
-        let row = Row::new(tick.sample.angle, t).with_second(tick.sample.second);
+        let row = PackedTick::new(tick.sample.angle, t).with_second(tick.sample.second);
         let told = TelemetryRow {
             t_s,
             tick: 5000 + index as u64,
@@ -275,7 +275,7 @@ fn a_session_is_replayed_robot_by_robot() {
     let seen = replay(&path, Some("scram-26-2"), &robot()).unwrap();
     let found = &seen.findings;
     assert_eq!((found.missed_ticks, found.gaps), (100, 10));
-    // The fault and the orders that it refused are decided again, too.
+    // The fault and the commands that it refused are decided again, too.
     assert!(quantity(found, "state").share < 0.01, "{:?}", quantity(found, "state"));
     assert!(quantity(found, "fault").share < 0.01, "{:?}", quantity(found, "fault"));
     let overview = &seen.pictures().unwrap()[0].1;
@@ -291,7 +291,7 @@ fn on_a_steady_clock(mut trace: Trace) -> Trace {
     for (index, tick) in trace.ticks.iter_mut().enumerate() {
         tick.sample.time_us = 1000 * (5000 + index as u64);
         while let Some(told) = told.next_if(|told| told.tick <= index) {
-            controller.command(told.order.command(), tick.sample.time_us).unwrap();
+            controller.command(told.command.to_control(), tick.sample.time_us).unwrap();
         }
         tick.actuation = controller.tick(&tick.sample);
         tick.telemetry = controller.telemetry();

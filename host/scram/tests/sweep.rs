@@ -383,8 +383,8 @@ fn a_search_goes_on_after_a_kill_and_writes_a_robot_within_the_spreads() {
     let (first, rest) = set.strip_prefix("2,").unwrap().split_once(',').unwrap();
     fs::write(&path, text.replacen(set, &format!("2,{first} g,{rest}"), 1)).unwrap();
     fails(torn.path(), words, 1, &["out/search.csv, line 3", "row 2", "--fresh"]);
-    let nominal = description::Robot::load(&root().join("robot.toml")).unwrap();
-    let best = description::Robot::load(&whole.path().join("out/best.toml")).unwrap();
+    let nominal = robot_file::Robot::load(&root().join("robot.toml")).unwrap();
+    let best = robot_file::Robot::load(&whole.path().join("out/best.toml")).unwrap();
     let (old, new) = (&nominal.ground.unwrap().friction, &best.ground.unwrap().friction);
     assert!((old.low..=old.high).contains(&new.value) && (new.low, new.high) == (old.low, old.high));
 }

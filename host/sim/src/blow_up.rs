@@ -9,7 +9,7 @@ const JOINT_LIMIT: f64 = std::f64::consts::FRAC_PI_4;
 /// Why a run is none.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BlowUp {
-    /// A number that is none.
+    /// A coordinate is NaN or infinite.
     #[error("blew up: at {time_s:.2} s the pose is no number")]
     NotFinite {
         /// Since the start, s.
@@ -77,7 +77,7 @@ mod tests {
     /// The default robot at rest.
     fn resting() -> Track {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml");
-        let plan = Plan::new(&description::Robot::load(&file).unwrap()).unwrap();
+        let plan = Plan::new(&robot_file::Robot::load(&file).unwrap()).unwrap();
         let bodies = Ensemble::new(std::slice::from_ref(&plan), Settings::default()).unwrap();
         let mut later = bodies.snapshot(0);
         later.time_s = 0.5;

@@ -9,9 +9,9 @@ use control::{Command, Stroke};
 
 use common::conventions::{omega_from_frequency, radians};
 
-/// One order.
+/// Command of a drive, in the units in which a person types it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Order {
+pub enum DriveCommand {
     /// Hold an actuation frequency, Hz, the thesis's sign.
     Freq {
         /// Frequency, Hz, positive clockwise.
@@ -19,16 +19,16 @@ pub enum Order {
     },
     /// Swing between two angles.
     Oscillate {
-        /// Lower bound, degrees.
+        /// Lower turning point, degrees, counter-clockwise from the middle of the gap.
         from_deg: f64,
-        /// Upper bound, degrees.
+        /// Upper turning point, degrees, counter-clockwise from the middle of the gap.
         to_deg: f64,
         /// How a stroke is driven.
         style: Stroke,
     },
     /// Go to an angle.
     Position {
-        /// Target, degrees.
+        /// Target angle, degrees, counter-clockwise from the middle of the gap.
         deg: f64,
     },
     /// Open loop: the bridge gets this duty and the controller only watches, for recordings to identify from.
@@ -44,10 +44,10 @@ pub enum Order {
     Clear,
 }
 
-impl Order {
-    /// What the controller is told.
+impl DriveCommand {
+    /// The controller's command, in SI units and with the internal sign.
     #[must_use]
-    pub fn command(self) -> Command {
+    pub fn to_control(self) -> Command {
         match self {
             Self::Freq { hz } => Command::Speed { omega: omega_from_frequency(hz) as f32 },
             Self::Oscillate { from_deg, to_deg, style } => {
@@ -76,7 +76,7 @@ impl Order {
     }
 }
 
-impl std::fmt::Display for Order {
+impl std::fmt::Display for DriveCommand {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let kind = self.kind();
         match self {
@@ -92,13 +92,13 @@ impl std::fmt::Display for Order {
     }
 }
 
-/// An order and its time.
+/// Command and its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Seconds since the start.
     pub at_s: f64,
-    /// What is ordered.
-    pub order: Order,
+    /// Command that is given then.
+    pub command: DriveCommand,
 }
 
 /// The orders of a run.
@@ -121,7 +121,7 @@ pub enum DriveError {
     Drive {
         /// What was typed.
         text: String,
-        /// What is wrong.
+        /// Problem, as a clause that follows the name.
         problem: String,
     },
     /// A line of a script.
@@ -131,18 +131,18 @@ pub enum DriveError {
          `idle`, `clear`, or `wait 0.5`; # begins a comment"
     ))]
     Script {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong.
+        /// Problem, as a clause that follows the name.
         problem: String,
     },
     /// The script cannot be read.
     #[error("{}: {source}", path.display())]
     #[diagnostic(help("check the name after script:"))]
     Io {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
         /// What the operating system said.
         source: std::io::Error,
@@ -152,8 +152,8 @@ pub enum DriveError {
 impl Drive {
     /// One order from the start on.
     #[must_use]
-    pub fn constant(order: Order) -> Self {
-        Self { steps: vec![Step { at_s: 0.0, order }], end_s: None }
+    pub fn constant(command: DriveCommand) -> Self {
+        Self { steps: vec![Step { at_s: 0.0, command }], end_s: None }
     }
 
     /// What `--drive` takes.
@@ -165,7 +165,7 @@ impl Drive {
         if kind == "script" {
             return Self::load(Path::new(argument));
         }
-        order(kind, argument)
+        command(kind, argument)
             .map(Self::constant)
             .map_err(|problem| DriveError::Drive { text: text.to_owned(), problem })
     }
@@ -203,7 +203,7 @@ impl Drive {
                 }
                 clock_s += wait;
             } else {
-                steps.push(Step { at_s: clock_s, order: order(kind, argument).map_err(wrong)? });
+                steps.push(Step { at_s: clock_s, command: command(kind, argument).map_err(wrong)? });
             }
         }
         if steps.is_empty() {
@@ -230,21 +230,22 @@ fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-impl Order {
-    /// Reads an order: its kind, and what comes after it.
+impl DriveCommand {
+    /// Reads a command: its kind, and what comes after it.
     ///
     /// # Errors
     /// What is wrong, for a person.
     pub fn parse(kind: &str, argument: &str) -> Result<Self, String> {
-        order(kind, argument)
+        command(kind, argument)
     }
 }
 
-fn order(kind: &str, argument: &str) -> Result<Order, String> {
+fn command(kind: &str, argument: &str) -> Result<DriveCommand, String> {
     let argument = argument.trim();
-    let bare = |order| if argument.is_empty() { Ok(order) } else { Err(format!("`{kind}` takes nothing after it")) };
+    let bare =
+        |command| if argument.is_empty() { Ok(command) } else { Err(format!("`{kind}` takes nothing after it")) };
     match kind {
-        "freq" => Ok(Order::Freq { hz: number(argument)? }),
+        "freq" => Ok(DriveCommand::Freq { hz: number(argument)? }),
         "oscillate" => {
             let (range, style) = match argument.strip_suffix("proportional") {
                 Some(range) => (range.trim_end(), Stroke::Proportional),
@@ -256,19 +257,19 @@ fn order(kind: &str, argument: &str) -> Result<Order, String> {
             if from_deg >= to_deg {
                 return Err(format!("{from_deg}° must be below {to_deg}°"));
             }
-            Ok(Order::Oscillate { from_deg, to_deg, style })
+            Ok(DriveCommand::Oscillate { from_deg, to_deg, style })
         }
-        "position" => Ok(Order::Position { deg: number(argument)? }),
+        "position" => Ok(DriveCommand::Position { deg: number(argument)? }),
         "duty" => {
             let duty = number(argument)?;
             if duty.abs() > 1.0 {
                 return Err(format!("duty {duty} is outside −1 … 1"));
             }
-            Ok(Order::Duty { duty })
+            Ok(DriveCommand::Duty { duty })
         }
-        "coast" => bare(Order::Coast),
-        "idle" => bare(Order::Idle),
-        "clear" => bare(Order::Clear),
+        "coast" => bare(DriveCommand::Coast),
+        "idle" => bare(DriveCommand::Idle),
+        "clear" => bare(DriveCommand::Clear),
         other => Err(format!("no order `{other}`")),
     }
 }
@@ -281,8 +282,8 @@ mod tests {
     fn the_forms_of_drive() {
         let drive = Drive::parse("oscillate:-100..100").unwrap();
         let style = Stroke::BangBang;
-        assert_eq!(drive, Drive::constant(Order::Oscillate { from_deg: -100.0, to_deg: 100.0, style }));
-        assert_eq!(Drive::parse("freq:-7").unwrap(), Drive::constant(Order::Freq { hz: -7.0 }));
+        assert_eq!(drive, Drive::constant(DriveCommand::Oscillate { from_deg: -100.0, to_deg: 100.0, style }));
+        assert_eq!(Drive::parse("freq:-7").unwrap(), Drive::constant(DriveCommand::Freq { hz: -7.0 }));
         for wrong in [
             "",
             "freq",
@@ -310,7 +311,7 @@ mod tests {
         let at: Vec<f64> = drive.steps.iter().map(|step| step.at_s).collect();
         assert_eq!(at, [0.0, 0.5, 2.0, 3.0]);
         assert_eq!(drive.end_s, Some(3.0));
-        assert_eq!(drive.steps[2].order.to_string(), "oscillate -100..100 proportional");
+        assert_eq!(drive.steps[2].command.to_string(), "oscillate -100..100 proportional");
         for (wrong, line) in [("freq 7\n-1 freq 3", 2), ("1 freq 7\n0.5 idle", 2), ("wait x", 1), ("", 1), ("2", 1)] {
             match Drive::parse_script(wrong, Path::new("s")) {
                 Err(DriveError::Script { line: found, .. }) => assert_eq!(found, line, "{wrong}"),

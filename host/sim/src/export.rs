@@ -1,11 +1,11 @@
 //! From a run to a recording: the standard columns hold what a robot would have measured, the extra ones what only a
 //! simulation knows and what the controller believed.
 
-use description::angle_code::angle_scale;
-use description::robot::{Robot, Sensor};
+use robot_file::angle_code::angle_scale;
+use robot_file::robot::{Robot, Sensor};
 
 use super::{Tick, Trace};
-use recording::{AngleReading, Drive, ExtraColumn, LoggedOrder, Recording, RunLog, Stated};
+use recording::{AngleReading, Drive, ExtraColumn, LoggedCommand, Recording, RunLog, Stated};
 
 /// The run as its robot would have recorded it.
 #[must_use]
@@ -48,13 +48,13 @@ pub fn run_log(trace: &Trace, robot: &Robot) -> RunLog {
     let stated = said
         .map(|t| Stated { state: t.state, fault: t.fault, tracking: t.tracking, failed_sensor: t.failed_sensor })
         .collect();
-    let told = trace.told.iter().map(|told| LoggedOrder {
+    let told = trace.told.iter().map(|told| LoggedCommand {
         row: told.tick,
-        text: told.order.to_string(),
-        command: told.order.command(),
+        text: told.command.to_string(),
+        command: told.command.to_control(),
         repeat: told.repeat,
     });
-    RunLog { numbers, stated, orders: told.collect() }
+    RunLog { numbers, stated, commands: told.collect() }
 }
 
 /// Truth and belief.

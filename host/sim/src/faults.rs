@@ -1,22 +1,22 @@
 //! What breaks during a run: `sensor-open@1.0,stall@1.5`.
 
-use description::robot::{Robot, Sensor};
 use hal_sim::Fault;
+use robot_file::robot::{Robot, Sensor};
 
-/// What the supervisor makes of a break. `cargo figures --only faults` measures each.
+/// Reaction of the supervisor that is expected of a break. `cargo figures --only faults` measures each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Promise {
+pub enum ExpectedReaction {
     /// It ends with the bridge off within the bound of its trigger.
     Found,
     /// A held speed goes on with an estimate that is good enough to drive with; swings and moves may end under the name of
     /// another fault.
     Borne,
     /// No trigger is made for it: the estimate is wrong while the bridge stays on, until another trigger ends it, if one
-    /// does. The motor is no more loaded than by an order.
+    /// does. The motor is no more loaded than by a command.
     NotFound,
 }
 
-/// What can break.
+/// What can be broken during a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Break {
     /// A part of the robot.
@@ -41,7 +41,7 @@ const LINK_LOST: &str = "link-lost";
 pub struct Scheduled {
     /// Seconds since the start.
     pub at_s: f64,
-    /// What breaks.
+    /// The break.
     pub what: Break,
 }
 
@@ -72,11 +72,11 @@ impl Break {
 
     /// What the supervisor makes of it.
     #[must_use]
-    pub fn promise(self) -> Promise {
+    pub fn expected_reaction(self) -> ExpectedReaction {
         match self {
             // The robot goes on with the other sensor: docs/two-sensors.md.
-            Self::Robot(Fault::SensorNoisy { .. } | Fault::SecondSensor(_)) => Promise::Borne,
-            Self::Robot(Fault::SensorDrifting { .. } | Fault::AdcSaturated { .. }) => Promise::NotFound,
+            Self::Robot(Fault::SensorNoisy { .. } | Fault::SecondSensor(_)) => ExpectedReaction::Borne,
+            Self::Robot(Fault::SensorDrifting { .. } | Fault::AdcSaturated { .. }) => ExpectedReaction::NotFound,
             Self::Robot(
                 Fault::SensorOpen
                 | Fault::SensorShortLow
@@ -88,14 +88,14 @@ impl Break {
                 | Fault::BatteryLow { .. }
                 | Fault::RailLow { .. },
             )
-            | Self::Link => Promise::Found,
+            | Self::Link => ExpectedReaction::Found,
         }
     }
 
     /// The names of every break with a promise.
     #[must_use]
-    pub fn names(promise: Promise) -> Vec<&'static str> {
-        Self::all().filter(|what| what.promise() == promise).map(Self::name).collect()
+    pub fn names(expected_reaction: ExpectedReaction) -> Vec<&'static str> {
+        Self::all().filter(|what| what.expected_reaction() == expected_reaction).map(Self::name).collect()
     }
 
     fn from_name(name: &str) -> Option<Self> {
@@ -111,7 +111,7 @@ impl Scheduled {
     /// What `--faults` takes.
     ///
     /// # Errors
-    /// An unknown name or a time that is none.
+    /// Unknown name, or a time that cannot be read.
     pub fn parse_list(text: &str) -> Result<Vec<Self>, FaultError> {
         text.split(',').map(str::trim).filter(|entry| !entry.is_empty()).map(Self::parse).collect()
     }
@@ -193,8 +193,8 @@ mod tests {
 
     #[test]
     fn every_break_is_promised_one_thing() {
-        let promised = [Promise::Found, Promise::Borne, Promise::NotFound].map(Break::names);
-        assert_eq!(promised.iter().map(Vec::len).sum::<usize>(), Break::all().count());
-        assert_eq!(promised[1..], [vec!["sensor-noisy"], vec!["sensor-drifting", "adc-saturated"]]);
+        let expected = [ExpectedReaction::Found, ExpectedReaction::Borne, ExpectedReaction::NotFound].map(Break::names);
+        assert_eq!(expected.iter().map(Vec::len).sum::<usize>(), Break::all().count());
+        assert_eq!(expected[1..], [vec!["sensor-noisy"], vec!["sensor-drifting", "adc-saturated"]]);
     }
 }

@@ -1,10 +1,10 @@
 //! A robot with its body on the ground, and what is kept of its walk.
 
 use control::{Actuation, Sample};
-use description::robot::Robot;
 use hal_sim::body::plan::PlanError;
 use hal_sim::body::{Plan as BodyPlan, Snapshot, Track, WalkingRobots};
 use hal_sim::{Fault, Settings, Truth};
+use robot_file::robot::Robot;
 
 use super::blow_up::{BlowUp, blow_up};
 use super::world::World;

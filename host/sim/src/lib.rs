@@ -6,7 +6,7 @@
 //! use hal_sim::Settings;
 //! use simulation::{Drive, Plan, metrics, run};
 //!
-//! let robot = description::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
+//! let robot = robot_file::Robot::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
 //! let plan = Plan { drive: Drive::parse("freq:7")?, seconds: 2.0, faults: Vec::new() };
 //! let trace = run(&robot, 1, &Settings::default(), &plan)?;
 //! let frequency = metrics(&trace).mean_frequency_hz.expect("it turns");
@@ -16,7 +16,7 @@
 //!
 //! What it does not do:
 //!
-//! * It simulates no radio and none of the tasks around the controller: `workbench` does.
+//! * It simulates no radio and none of the tasks around the controller: `testbed` does.
 //! * It draws nothing: the crate `plot` does.
 //! * It takes no wall-clock time into account: the same robot file, seed and [`Plan`] give the same bits.
 
@@ -35,18 +35,18 @@ mod world;
 
 use control::parameters::Limits;
 use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, State, Telemetry};
-use description::robot::Robot;
 use hal_sim::body::plan::PlanError;
 use hal_sim::{Settings, SimulatedRobot, Truth};
+use robot_file::robot::Robot;
 
 use common::conventions::{degrees, frequency_from_omega};
 
 pub use blow_up::{BlowUp, blow_up};
 pub use clamped_metrics::{ClampedMetrics, clamped_metrics};
 pub use decide::Decide;
-pub use drive::{Drive, DriveError, Order, Step};
+pub use drive::{Drive, DriveCommand, DriveError, Step};
 pub use export::{extra_columns, recording, run_log};
-pub use faults::{Break, FaultError, Promise, Scheduled};
+pub use faults::{Break, ExpectedReaction, FaultError, Scheduled};
 pub use ground::{OnGround, Walk};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use strokes::{RUNAWAY_DEG, Strokes};
@@ -57,10 +57,10 @@ pub use world::World;
 /// A console repeats its command this often, s: well within the age at which the supervisor gives up.
 pub const REFRESH_S: f64 = 0.05;
 
-/// What to run.
+/// Drive, length and faults of a run.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The orders and their times.
+    /// The commands and their times.
     pub drive: Drive,
     /// Length of the run, s.
     pub seconds: f64,
@@ -77,47 +77,47 @@ pub struct Tick {
     pub sample: Sample,
     /// What the bridge is told until the next tick.
     pub actuation: Actuation,
-    /// What the controller believes.
+    /// Telemetry of the controller: its estimate and state.
     pub telemetry: Telemetry,
-    /// What really is.
+    /// True state of the simulated robot.
     pub truth: Truth,
 }
 
-/// An order as it was given.
+/// Command of the drive, as it was given.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given {
-    /// Time, s.
+pub struct GivenCommand {
+    /// Time since the start, s.
     pub at_s: f64,
     /// Index of the tick before which it was given.
     pub tick: usize,
-    /// The order.
-    pub order: Order,
+    /// The command.
+    pub command: DriveCommand,
     /// Why the controller refused it.
     pub refusal: Option<String>,
 }
 
 /// What the controller was told before a tick, with the time of that tick's sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Told {
+pub struct DeliveredCommand {
     /// Index of the tick.
     pub tick: usize,
-    /// The order.
-    pub order: Order,
-    /// The order before, repeated.
+    /// The command.
+    pub command: DriveCommand,
+    /// The command before, repeated.
     pub repeat: bool,
 }
 
-/// A whole run.
+/// Everything that a run recorded.
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// Control period, s.
     pub tick_s: f64,
-    /// Every tick.
+    /// One entry per control period.
     pub ticks: Vec<Tick>,
-    /// Every order.
-    pub orders: Vec<Given>,
+    /// Commands of the drive, with refusals.
+    pub commands: Vec<GivenCommand>,
     /// Everything that reached the controller, in this order.
-    pub told: Vec<Told>,
+    pub told: Vec<DeliveredCommand>,
     /// What was broken.
     pub faults: Vec<Scheduled>,
     /// What the controller knows about the robot.
@@ -132,7 +132,7 @@ pub enum SimError {
     #[diagnostic(help(
         "every number that a design needs is in [controller]; a rig without that can only be diagnosed"
     ))]
-    Design(description::design::DesignError),
+    Design(robot_file::design::DesignError),
     /// The design made parameters that the controller refuses.
     #[error("the controller refuses its parameters: {0}")]
     #[diagnostic(help("a number in [controller] is out of its range"))]
@@ -143,7 +143,7 @@ pub enum SimError {
         "the body is described in [body], [backbone], [eccentric], [feet] and [ground], see docs/robot-file.md"
     ))]
     Body(PlanError),
-    /// The run is none.
+    /// The body's state diverged.
     #[error("the run {0}")]
     #[diagnostic(help(
         "[backbone] of the robot file is too soft to carry the robot, or [backbone] or [feet] stiffer than the step can \
@@ -172,7 +172,7 @@ pub fn run_on_ground(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan)
 }
 
 fn controller(robot: &Robot) -> Result<Controller, SimError> {
-    let design = description::design::design(robot).map_err(SimError::Design)?;
+    let design = robot_file::design::design(robot).map_err(SimError::Design)?;
     Controller::new(&design.parameters).map_err(SimError::Parameters)
 }
 
@@ -201,10 +201,10 @@ pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan:
     let count = (plan.seconds / tick_s).round().max(1.0) as usize;
     let refresh = (REFRESH_S / tick_s).round().max(1.0) as usize;
     let mut ticks = Vec::with_capacity(count);
-    let mut orders: Vec<Given> = Vec::new();
-    let mut told: Vec<Told> = Vec::new();
+    let mut commands: Vec<GivenCommand> = Vec::new();
+    let mut told: Vec<DeliveredCommand> = Vec::new();
     let mut steps = plan.drive.steps.iter().peekable();
-    let mut current: Option<Order> = None;
+    let mut current: Option<DriveCommand> = None;
     for fault in &plan.faults {
         if let Break::Robot(part) = fault.what {
             robot.schedule(part, fault.at_s);
@@ -217,42 +217,45 @@ pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan:
         let time_s = index as f64 * tick_s;
         let linked = time_s < link_lost_s;
         let sample = robot.sample();
-        // Half a tick of slack: an order at 0.3 s comes before the tick at 0.3 s, whatever the rounding.
+        // Half a tick of slack: a command at 0.3 s comes before the tick at 0.3 s, whatever the rounding.
         while let Some(step) = steps.next_if(|step| step.at_s <= time_s + 0.5 * tick_s) {
             let refusal = if linked {
-                told.push(Told { tick: index, order: step.order, repeat: false });
+                told.push(DeliveredCommand { tick: index, command: step.command, repeat: false });
                 decider
-                    .command(step.order.command(), sample.time_us)?
+                    .command(step.command.to_control(), sample.time_us)?
                     .err()
-                    .map(|refusal| said(step.order, refusal, &limits))
+                    .map(|refusal| said(step.command, refusal, &limits))
             } else {
                 Some("the link is lost".to_owned())
             };
-            orders.push(Given { at_s: time_s, tick: index, order: step.order, refusal });
-            current = Some(step.order);
+            commands.push(GivenCommand { at_s: time_s, tick: index, command: step.command, refusal });
+            current = Some(step.command);
         }
         if linked && index % refresh == 0 {
-            let order = refresh_command(decider, current, sample.time_us)?;
-            told.extend(order.map(|order| Told { tick: index, order, repeat: true }));
+            let command = refresh_command(decider, current, sample.time_us)?;
+            told.extend(command.map(|command| DeliveredCommand { tick: index, command, repeat: true }));
         }
         let actuation = decider.tick(&sample)?;
         ticks.push(Tick { time_s, sample, actuation, telemetry: decider.telemetry(), truth: robot.truth() });
         robot.advance(actuation);
     }
-    Ok(Trace { tick_s, ticks, orders, told, faults: plan.faults.clone(), parameters: *decider.parameters() })
+    Ok(Trace { tick_s, ticks, commands, told, faults: plan.faults.clone(), parameters: *decider.parameters() })
 }
 
-/// A refusal in the units in which the order was typed.
+/// A refusal in the units in which the command was typed.
 #[must_use]
-pub fn said(order: Order, refusal: Refusal, limits: &Limits) -> String {
-    match (order, refusal) {
-        (Order::Freq { .. }, Refusal::OutOfRange { .. }) => {
+pub fn said(command: DriveCommand, refusal: Refusal, limits: &Limits) -> String {
+    match (command, refusal) {
+        (DriveCommand::Freq { .. }, Refusal::OutOfRange { .. }) => {
             let hertz = |omega: f32| frequency_from_omega(f64::from(omega)).abs();
             // The refusal names what was checked first, `omega` or its magnitude, and not both ends of what is allowed.
             let (low, high) = (hertz(limits.least_speed), hertz(limits.speed));
             format!("the frequency must be from {low:.2} to {high:.2} Hz in either direction")
         }
-        (Order::Oscillate { .. } | Order::Position { .. }, Refusal::OutOfRange { name, value, low, high }) => {
+        (
+            DriveCommand::Oscillate { .. } | DriveCommand::Position { .. },
+            Refusal::OutOfRange { name, value, low, high },
+        ) => {
             let deg = |rad: f32| degrees(f64::from(rad));
             format!("`{name}` must be from {:.0}° to {:.0}°, not {:.1}°", deg(low), deg(high), deg(value))
         }
@@ -260,24 +263,28 @@ pub fn said(order: Order, refusal: Refusal, limits: &Limits) -> String {
     }
 }
 
-/// Repeats the present order, and says which. A refusal is not news: it was said when the order was given, or a fault has
+/// Repeats the present command, and says which. A refusal is not news: it was said when the command was given, or a fault has
 /// come since.
-fn refresh_command<D: Decide>(decider: &mut D, order: Option<Order>, time_us: u64) -> Result<Option<Order>, D::Error> {
-    let Some(order) = order else { return Ok(None) };
-    if order.command() == Command::ClearFault || decider.telemetry().state == State::Fault {
+fn refresh_command<D: Decide>(
+    decider: &mut D,
+    command: Option<DriveCommand>,
+    time_us: u64,
+) -> Result<Option<DriveCommand>, D::Error> {
+    let Some(command) = command else { return Ok(None) };
+    if command.to_control() == Command::ClearFault || decider.telemetry().state == State::Fault {
         return Ok(None);
     }
-    let _ = decider.command(order.command(), time_us)?;
-    Ok(Some(order))
+    let _ = decider.command(command.to_control(), time_us)?;
+    Ok(Some(command))
 }
 
 impl Trace {
-    /// The ticks of every order: `(order, first tick, one past the last)`.
+    /// The ticks of every command: `(command, first tick, one past the last)`.
     #[must_use]
-    pub fn segments(&self) -> Vec<(Order, usize, usize)> {
-        let starts = self.orders.iter().map(|given| given.tick);
+    pub fn segments(&self) -> Vec<(DriveCommand, usize, usize)> {
+        let starts = self.commands.iter().map(|given| given.tick);
         let ends = starts.clone().skip(1).chain([self.ticks.len()]);
-        let segments = self.orders.iter().zip(starts.zip(ends)).map(|(given, (from, to))| (given.order, from, to));
+        let segments = self.commands.iter().zip(starts.zip(ends)).map(|(given, (from, to))| (given.command, from, to));
         segments.filter(|(_, from, to)| from < to).collect()
     }
 }

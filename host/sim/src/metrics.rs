@@ -4,7 +4,7 @@ use control::{State, Telemetry};
 use serde::Serialize;
 
 use super::strokes::Strokes;
-use super::{Order, Tick, Trace};
+use super::{DriveCommand, Tick, Trace};
 use common::conventions::{degrees, frequency_from_omega, omega_from_frequency};
 use common::wrap;
 
@@ -31,7 +31,7 @@ pub struct FaultReport {
     pub estimate_rms_deg: Option<f64>,
 }
 
-/// The figures of a run. Times in s from the beginning of the order, degrees, Hz with the thesis's sign.
+/// The figures of a run. Times in s from the beginning of the command, degrees, Hz with the thesis's sign.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Metrics {
     /// Frequency that was asked for.
@@ -72,18 +72,18 @@ pub struct Metrics {
     pub faults: Vec<FaultReport>,
 }
 
-/// The figures of a run's last order.
+/// The figures of a run's last command.
 #[must_use]
 pub fn metrics(trace: &Trace) -> Metrics {
-    let Some((order, from, to)) = trace.segments().pop() else {
+    let Some((command, from, to)) = trace.segments().pop() else {
         return Metrics { faults: fault_reports(trace), ..Metrics::default() };
     };
-    Metrics { faults: fault_reports(trace), ..metrics_of(trace, order, from, to) }
+    Metrics { faults: fault_reports(trace), ..metrics_of(trace, command, from, to) }
 }
 
 /// The figures of one order: ticks `from..to`. Its `faults` are empty; they belong to the run.
 #[must_use]
-pub fn metrics_of(trace: &Trace, order: Order, from: usize, to: usize) -> Metrics {
+pub fn metrics_of(trace: &Trace, command: DriveCommand, from: usize, to: usize) -> Metrics {
     let ticks = &trace.ticks[from..to];
     let Some(first) = ticks.first() else { return Metrics::default() };
     let mut m = Metrics {
@@ -97,8 +97,8 @@ pub fn metrics_of(trace: &Trace, order: Order, from: usize, to: usize) -> Metric
     };
     let steady = last(ticks, STEADY_S, trace.tick_s);
     m.mean_frequency_hz = mean_speed(steady).map(frequency_from_omega);
-    match order {
-        Order::Freq { hz } => {
+    match command {
+        DriveCommand::Freq { hz } => {
             m.target_frequency_hz = Some(hz);
             let omega = omega_from_frequency(hz);
             let held = steady.iter().filter(|t| t.telemetry.state == State::Speed && t.telemetry.tracking);
@@ -107,7 +107,7 @@ pub fn metrics_of(trace: &Trace, order: Order, from: usize, to: usize) -> Metric
             let instantaneous: Vec<(f64, f64)> = ticks.iter().map(|t| (t.time_s, t.truth.speed)).collect();
             m.settling_instantaneous_s = settled(&instantaneous, omega).map(|t| t - first.time_s);
         }
-        Order::Oscillate { from_deg, to_deg, .. } => {
+        DriveCommand::Oscillate { from_deg, to_deg, .. } => {
             let strokes = Strokes::of(ticks, from_deg.to_radians(), to_deg.to_radians());
             let mut errors: Vec<f64> = strokes.errors_deg.iter().map(|e| e.abs()).collect();
             errors.sort_by(f64::total_cmp);
@@ -117,11 +117,11 @@ pub fn metrics_of(trace: &Trace, order: Order, from: usize, to: usize) -> Metric
             m.strokes_ran_away = strokes.ran_away;
             m.oscillation_frequency_hz = strokes.frequency_hz;
         }
-        Order::Position { deg } => {
+        DriveCommand::Position { deg } => {
             let end = last(ticks, 0.5 * STEADY_S, trace.tick_s);
             m.position_rms_deg = rms(end.iter().map(|t| degrees(wrap(t.truth.angle - deg.to_radians()))));
         }
-        Order::Duty { .. } | Order::Coast | Order::Idle | Order::Clear => {}
+        DriveCommand::Duty { .. } | DriveCommand::Coast | DriveCommand::Idle | DriveCommand::Clear => {}
     }
     m
 }

@@ -5,7 +5,7 @@ use hal_sim::{Fault, SimulatedRobot, Truth};
 
 /// A simulated robot as its controller meets it, one control period at a time.
 pub trait World {
-    /// Control period, s.
+    /// Control period, s; constant during a run.
     fn tick_s(&self) -> f64;
 
     /// The conversions of the current tick.

@@ -5,13 +5,13 @@ use std::path::Path;
 
 use control::{Actuation, AdcCode, Fault, Parameters, Sample, State, Telemetry};
 use hal_sim::Truth;
-use simulation::{Break, Given, Order, Scheduled, Tick, Trace, metrics};
+use simulation::{Break, DriveCommand, GivenCommand, Scheduled, Tick, Trace, metrics};
 
 const TICK_S: f64 = 1e-3;
 
 fn parameters() -> Parameters {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml");
-    description::design::design(&description::Robot::load(&path).unwrap()).unwrap().parameters
+    robot_file::design::design(&robot_file::Robot::load(&path).unwrap()).unwrap().parameters
 }
 
 /// A tick at a time with a true angle (rad) and speed (rad/s), the estimate exact.
@@ -42,12 +42,12 @@ fn tick(time_s: f64, angle: f64, speed: f64) -> Tick {
     }
 }
 
-fn trace(order: Order, seconds: f64, at: impl Fn(f64) -> Tick) -> Trace {
+fn trace(command: DriveCommand, seconds: f64, at: impl Fn(f64) -> Tick) -> Trace {
     let count = (seconds / TICK_S).round() as usize;
     Trace {
         tick_s: TICK_S,
         ticks: (0..count).map(|i| at(i as f64 * TICK_S)).collect(),
-        orders: vec![Given { at_s: 0.0, tick: 0, order, refusal: None }],
+        commands: vec![GivenCommand { at_s: 0.0, tick: 0, command, refusal: None }],
         told: Vec::new(),
         faults: Vec::new(),
         parameters: parameters(),
@@ -66,7 +66,7 @@ fn a_first_order_spin_up_settles_when_its_closed_form_does() {
     let omega = -7.0 * TAU;
     let angle = |t: f64| omega * (t - TAU_S * (1.0 - (-t / TAU_S).exp()));
     let speed = |t: f64| omega * (1.0 - (-t / TAU_S).exp());
-    let m = metrics(&trace(Order::Freq { hz: 7.0 }, 2.0, |t| tick(t, angle(t), speed(t))));
+    let m = metrics(&trace(DriveCommand::Freq { hz: 7.0 }, 2.0, |t| tick(t, angle(t), speed(t))));
     near(m.mean_frequency_hz, 7.0, 1e-6);
     near(m.settling_instantaneous_s, TAU_S * 50f64.ln(), TICK_S);
     // The average over the last turn: (angle(t) − angle(s)) = one turn, and its mean speed 2 % short.
@@ -94,15 +94,15 @@ fn a_first_order_spin_up_settles_when_its_closed_form_does() {
 fn a_speed_that_leaves_the_band_again_has_not_settled_before() {
     let omega = -7.0 * TAU;
     let dip = |t: f64| if (1.0..1.01).contains(&t) { 0.9 } else { 1.0 };
-    let m = metrics(&trace(Order::Freq { hz: 7.0 }, 2.0, |t| tick(t, omega * t, omega * dip(t))));
+    let m = metrics(&trace(DriveCommand::Freq { hz: 7.0 }, 2.0, |t| tick(t, omega * t, omega * dip(t))));
     near(m.settling_instantaneous_s, 1.01, 1.5 * TICK_S);
-    let wrong_way = metrics(&trace(Order::Freq { hz: -7.0 }, 2.0, |t| tick(t, omega * t, omega)));
+    let wrong_way = metrics(&trace(DriveCommand::Freq { hz: -7.0 }, 2.0, |t| tick(t, omega * t, omega)));
     assert_eq!((wrong_way.settling_s, wrong_way.settling_instantaneous_s), (None, None));
 }
 
 #[test]
 fn the_estimate_is_judged_inside_and_outside_the_arc() {
-    let m = metrics(&trace(Order::Freq { hz: 7.0 }, 1.0, |t| {
+    let m = metrics(&trace(DriveCommand::Freq { hz: 7.0 }, 1.0, |t| {
         let mut tick = tick(t, 0.5, 0.0);
         tick.telemetry.tracking = t >= 0.2;
         tick.telemetry.blind = t >= 0.6;
@@ -125,8 +125,8 @@ fn the_estimate_is_judged_inside_and_outside_the_arc() {
 
 fn swing(turns_beyond: impl Fn(f64) -> f64) -> simulation::Metrics {
     let style = control::Stroke::BangBang;
-    let order = Order::Oscillate { from_deg: -100.0, to_deg: 100.0, style };
-    metrics(&trace(order, 3.0, |t| {
+    let command = DriveCommand::Oscillate { from_deg: -100.0, to_deg: 100.0, style };
+    metrics(&trace(command, 3.0, |t| {
         let angle = 105f64.to_radians() * (TAU * 4.0 * t).sin() + TAU * turns_beyond(t);
         tick(t, angle, 0.0)
     }))
@@ -152,14 +152,14 @@ fn turning_points_and_strokes_that_run_away() {
     assert_eq!(once.strokes_ran_away, 1);
     // It never turns: one stroke, without end.
     let style = control::Stroke::BangBang;
-    let order = Order::Oscillate { from_deg: -100.0, to_deg: 100.0, style };
-    let never = metrics(&trace(order, 3.0, |t| tick(t, 40.0 * t, 40.0)));
+    let command = DriveCommand::Oscillate { from_deg: -100.0, to_deg: 100.0, style };
+    let never = metrics(&trace(command, 3.0, |t| tick(t, 40.0 * t, 40.0)));
     assert_eq!((never.strokes_ran_away, never.turning_points_deg.len()), (1, 0));
 }
 
 #[test]
 fn faults_are_reported_with_cause_and_delay() {
-    let mut run = trace(Order::Freq { hz: 7.0 }, 2.0, |t| {
+    let mut run = trace(DriveCommand::Freq { hz: 7.0 }, 2.0, |t| {
         let mut tick = tick(t, 0.0, 0.0);
         if t >= 1.25 {
             tick.telemetry.fault = Some(Fault::Stall);

@@ -1,13 +1,13 @@
 //! What a sweep varies: `f=-8,-7,7,8`, `alpha=0:120:5`, `ground.friction=0.5:1.0:6`, `backbone.roll_deg[2]=…`.
 
-use description::unit;
+use robot_file::unit;
 
 /// Values that one axis may have at most.
 const MOST_VALUES: usize = 10_000;
 
 /// What an axis changes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum Factor {
     /// The actuation frequency, Hz, the thesis's sign: positive clockwise seen from above.
     Frequency,
     /// α: backbone b is rolled by b·α, degrees.
@@ -25,8 +25,8 @@ pub enum What {
 /// Something that is varied, and its values in the order in which they were given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// What it changes.
-    pub what: What,
+    /// Factor that is varied.
+    pub what: Factor,
     /// In the unit of the column.
     pub values: Vec<f64>,
 }
@@ -40,7 +40,7 @@ pub enum AxisError {
     Words {
         /// As typed.
         text: String,
-        /// What is wrong.
+        /// Problem, as a clause that follows the name.
         problem: String,
     },
     /// Two axes change the same.
@@ -56,7 +56,7 @@ pub enum AxisError {
     Unreachable {
         /// The axis, with the value where one is at fault.
         axis: String,
-        /// What is wrong.
+        /// Problem, as a clause that follows the name.
         problem: String,
         /// What is allowed or near.
         #[help]
@@ -72,7 +72,7 @@ impl Axis {
     pub fn parse(text: &str) -> Result<Self, AxisError> {
         let wrong = |problem: String| AxisError::Words { text: text.into(), problem };
         let Some((path, values)) = text.split_once('=') else { return Err(wrong("there is no `=`".into())) };
-        let what = What::parse(path.trim()).map_err(wrong)?;
+        let what = Factor::parse(path.trim()).map_err(wrong)?;
         let values = if values.contains(':') { range(values) } else { list(values) }.map_err(wrong)?;
         for (index, value) in values.iter().enumerate() {
             if values[..index].contains(value) {
@@ -97,7 +97,7 @@ impl Axis {
     }
 }
 
-impl What {
+impl Factor {
     fn parse(path: &str) -> Result<Self, String> {
         match path {
             "" => return Err("the path before `=` is empty".into()),
@@ -196,11 +196,11 @@ mod tests {
     fn ranges_and_lists() {
         let axis = Axis::parse("ground.friction=0.5:1.0:6").unwrap();
         assert_eq!(axis.values, [0.5, 0.6, 0.7, 0.8, 0.9, 1.0], "no digits of the binary fraction");
-        assert_eq!(axis.what, What::Quantity("ground.friction".into()));
-        assert_eq!(Axis::parse("f=-8, 8").unwrap(), Axis { what: What::Frequency, values: vec![-8.0, 8.0] });
+        assert_eq!(axis.what, Factor::Quantity("ground.friction".into()));
+        assert_eq!(Axis::parse("f=-8, 8").unwrap(), Axis { what: Factor::Frequency, values: vec![-8.0, 8.0] });
         assert_eq!(Axis::parse("alpha=90:0:4").unwrap().values, [90.0, 60.0, 30.0, 0.0]);
-        assert_eq!(Axis::parse("backbone.alpha_deg=5:9:1").unwrap(), Axis { what: What::Alpha, values: vec![5.0] });
-        assert_eq!(Axis::parse("backbone.roll_deg[2]=10").unwrap().what, What::Roll(1));
+        assert_eq!(Axis::parse("backbone.alpha_deg=5:9:1").unwrap(), Axis { what: Factor::Alpha, values: vec![5.0] });
+        assert_eq!(Axis::parse("backbone.roll_deg[2]=10").unwrap().what, Factor::Roll(1));
         assert_eq!(Axis::parse("body.modules=2:5:4").unwrap().values, [2.0, 3.0, 4.0, 5.0]);
     }
 

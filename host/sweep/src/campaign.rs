@@ -10,14 +10,14 @@ use std::sync::mpsc;
 use control::Parameters;
 use rayon::prelude::*;
 
-use super::axis::{AxisError, What};
+use super::axis::{AxisError, Factor};
 use super::design::Design;
 use super::journal::{Journal, JournalError, Rows, claim};
 use super::measure::{COLUMNS, Measures};
 use super::trial::{
     DriveKind, Outcome, PATH_POINTS, RunSettings, SIDE_BY_SIDE, Trial, TrialError, check, shape, simulate,
 };
-use super::variant::{Variant, Workshop};
+use super::variant::{Variant, VariantBuilder};
 
 /// Where a sweep is written.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ pub enum SweepError {
     #[error("no controller for this robot: {0}")]
     #[diagnostic(help("--drive ideal turns the eccentric without one"))]
     Design(String),
-    /// No threads.
+    /// The thread pool cannot be created.
     #[error("no threads: {0}")]
     #[diagnostic(help("name fewer with --threads"))]
     Threads(String),
@@ -87,7 +87,7 @@ pub struct Swept {
 
 /// A sweep that can be run.
 pub struct Campaign<'a> {
-    workshop: &'a Workshop,
+    builder: &'a VariantBuilder,
     design: Design,
     settings: RunSettings,
     /// Robots that differ, and which a point has.
@@ -100,10 +100,10 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// One cannot be made, or has no controller.
-    pub fn new(workshop: &'a Workshop, design: Design, settings: RunSettings) -> Result<Self, SweepError> {
+    pub fn new(builder: &'a VariantBuilder, design: Design, settings: RunSettings) -> Result<Self, SweepError> {
         let mut known: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
         let mut distinct: Vec<&Vec<f64>> = Vec::new();
-        let frequency = design.position(&What::Frequency);
+        let frequency = design.position(&Factor::Frequency);
         let variant_of = design
             .points
             .iter()
@@ -117,7 +117,7 @@ impl<'a> Campaign<'a> {
             })
             .collect();
         let make = |point: &&Vec<f64>| -> Result<_, SweepError> {
-            let variant = workshop.variant(&design.axes, point)?;
+            let variant = builder.variant(&design.axes, point)?;
             let parameters = match settings.drive {
                 DriveKind::Motor => Some(parameters(&variant)?),
                 _ => None,
@@ -125,7 +125,7 @@ impl<'a> Campaign<'a> {
             Ok((variant, parameters))
         };
         let variants = distinct.par_iter().map(make).collect::<Result<Vec<_>, _>>()?;
-        let campaign = Self { workshop, design, settings, variants, variant_of };
+        let campaign = Self { builder, design, settings, variants, variant_of };
         for point in 0..campaign.design.points.len() {
             // Before anything is run or written.
             check(&campaign.trial(point * campaign.design.seeds.len()))?;
@@ -310,7 +310,7 @@ impl<'a> Campaign<'a> {
 }
 
 fn parameters(variant: &Variant) -> Result<Parameters, SweepError> {
-    let design = description::design::design(&variant.robot).map_err(|error| SweepError::Design(error.to_string()))?;
+    let design = robot_file::design::design(&variant.robot).map_err(|error| SweepError::Design(error.to_string()))?;
     Ok(design.parameters)
 }
 

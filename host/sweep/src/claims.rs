@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-use super::axis::{Axis, What};
+use super::axis::{Axis, Factor};
 use super::design::{ALPHAS, Design, FREQUENCIES, MORE_FRICTION};
 use super::measure::Measures;
 use super::table::{Component, Conditions, Robustness};
@@ -33,9 +33,9 @@ const ROUND: f64 = 0.5;
 /// Least share of the speed at 7 Hz at 8 Hz that counts as "the speed does not fall".
 const NOT_SLOWER: f64 = 0.9;
 
-/// A claim's verdict.
+/// Result of a claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct ClaimResult {
     /// Short name.
     pub claim: &'static str,
     /// What the thesis says, and where.
@@ -63,10 +63,10 @@ pub fn design(seeds: Vec<u64>) -> Design {
     let values = |parts: &[&[f64]]| parts.concat();
     let longer_f: Vec<f64> = LONGER_AT_HZ.iter().flat_map(|f| [-f, *f]).collect();
     let axes = vec![
-        Axis { what: What::Modules, values: values(&[&[USUAL], &LONGER]) },
-        Axis { what: What::Alpha, values: ALPHAS.to_vec() },
-        Axis { what: What::Frequency, values: values(&[&FREQUENCIES[..3], &LOW_FREQUENCIES, &FREQUENCIES[3..]]) },
-        Axis { what: What::FrictionFactor, values: vec![1.0, MORE_FRICTION] },
+        Axis { what: Factor::Modules, values: values(&[&[USUAL], &LONGER]) },
+        Axis { what: Factor::Alpha, values: ALPHAS.to_vec() },
+        Axis { what: Factor::Frequency, values: values(&[&FREQUENCIES[..3], &LOW_FREQUENCIES, &FREQUENCIES[3..]]) },
+        Axis { what: Factor::FrictionFactor, values: vec![1.0, MORE_FRICTION] },
     ];
     let mut points = Vec::new();
     for alpha in ALPHAS {
@@ -83,14 +83,14 @@ pub fn design(seeds: Vec<u64>) -> Design {
 
 /// Judges every claim on the conditions of [`design`].
 #[must_use]
-pub fn judge(conditions: &Conditions) -> Vec<Verdict> {
+pub fn evaluate(conditions: &Conditions) -> Vec<ClaimResult> {
     let evidence = Evidence::new(conditions);
     CLAIMS
         .iter()
         .map(|claim| {
             let mut numbers = Vec::new();
-            let holds = (claim.judge)(&evidence, &mut numbers);
-            Verdict { claim: claim.name, thesis: claim.thesis, holds_if: claim.holds_if, numbers, holds }
+            let holds = (claim.evaluate)(&evidence, &mut numbers);
+            ClaimResult { claim: claim.name, thesis: claim.thesis, holds_if: claim.holds_if, numbers, holds }
         })
         .collect()
 }
@@ -105,7 +105,7 @@ struct Claim {
     thesis: &'static str,
     holds_if: &'static str,
     /// Notes its numbers; `None` where one is missing.
-    judge: fn(&Evidence<'_>, &mut Vec<Number>) -> Option<bool>,
+    evaluate: fn(&Evidence<'_>, &mut Vec<Number>) -> Option<bool>,
 }
 
 const CLAIMS: &[Claim] = &[
@@ -114,67 +114,67 @@ const CLAIMS: &[Claim] = &[
         thesis: "locomotion starts near 5 Hz (5, 5.1)",
         holds_if: "the speed over the ground, mean of the four α, reaches 10 % of that at 8 Hz between 4 and 6 Hz \
                    (f > 0; linear between 3, 4, 5, 6, 7, 8 Hz)",
-        judge: onset,
+        evaluate: onset,
     },
     Claim {
         name: "turns",
         thesis: "with α ≠ 0 the robot turns left for positive and right for negative frequencies (5.1)",
         holds_if: "of the 18 conditions with α ≠ 0 none turns the other way at more than 5 % of the largest yaw rate, and \
                    at least 9 turn the right way at more than that",
-        judge: turns,
+        evaluate: turns,
     },
     Claim {
         name: "bias",
         thesis: "the turning bias grows with α at 7 and 8 Hz (5.1)",
         holds_if: "|yaw|, mean of both directions, does not fall by more than 5 % from 0 to 60 to 90 to 120°, and is \
                    larger at 120° than at 0, at 7 Hz and at 8 Hz",
-        judge: bias,
+        evaluate: bias,
     },
     Claim {
         name: "round",
         thesis: "nearly round foot traces at α = 0, elongated ones beyond (5.1)",
         holds_if: "short over long axis of the front feet's traces from above, less their drift, mean of the six \
                    frequencies: at least 0.5 at α = 0, and larger there than at 60, 90 and 120°",
-        judge: round,
+        evaluate: round,
     },
     Claim {
         name: "lateral |f|",
         thesis: "lateral effectiveness grows with |f| (5.2)",
         holds_if: "φ of the lateral speed, mean of the four α and both directions, grows from 6 to 7 to 8 Hz",
-        judge: lateral_frequency,
+        evaluate: lateral_frequency,
     },
     Claim {
         name: "lateral α",
         thesis: "lateral effectiveness is best at 90° and 120° (5.2)",
         holds_if: "φ of the lateral speed, mean of the six frequencies, at 90° and at 120° is nowhere more than 5 % below \
                    that at 0 and 60°",
-        judge: lateral_alpha,
+        evaluate: lateral_alpha,
     },
     Claim {
         name: "rotation",
         thesis: "rotation is best at 120° (5.2)",
         holds_if: "φ of the yaw rate, mean of the six frequencies, at 120° is at most 5 % below that of any other α",
-        judge: rotation,
+        evaluate: rotation,
     },
     Claim {
         name: "all-round",
         thesis: "90° at 7 Hz is the best all-round (5.2, 1.3)",
         holds_if: "the sum of the three φ, each over its largest, mean of both directions, is largest at 90° and 7 Hz",
-        judge: all_round,
+        evaluate: all_round,
     },
     Claim {
         name: "7 to 8 Hz",
         thesis: "longitudinal effectiveness falls from 7 to 8 Hz at 90° though the speed does not (5.2)",
         holds_if: "at 90° φ of the longitudinal speed is smaller at +8 than at +7 Hz, and |vx| at +8 Hz is at least 90 % of \
                    that at +7 Hz",
-        judge: seven_to_eight,
+        evaluate: seven_to_eight,
     },
     Claim {
         name: "modules",
         thesis: "more passive modules turn translation into rotation about the rear (2.4.3)",
         holds_if: "from 4 to 6 modules at 90°, mean of ±7 and ±8 Hz, the centroid's speed falls, |yaw| over it grows, and \
                    the last module's speed over the first's falls",
-        judge: modules,
+        evaluate: modules,
     },
 ];
 
@@ -209,11 +209,11 @@ impl<'a> Evidence<'a> {
         factor: f64,
         of: impl Fn(&Measures) -> Option<f64>,
     ) -> Option<f64> {
-        let wanted = |what: &What| match what {
-            What::Modules => Some(modules),
-            What::Alpha => Some(alpha),
-            What::Frequency => Some(f),
-            What::FrictionFactor => Some(factor),
+        let wanted = |what: &Factor| match what {
+            Factor::Modules => Some(modules),
+            Factor::Alpha => Some(alpha),
+            Factor::Frequency => Some(f),
+            Factor::FrictionFactor => Some(factor),
             _ => None,
         };
         let wanted: Vec<Option<f64>> = self.conditions.axes.iter().map(wanted).collect();

@@ -47,7 +47,7 @@ fn conditions(change: impl Fn(&[f64], &mut Measures)) -> Conditions {
 
 /// Names of the claims that do not hold.
 fn broken(change: impl Fn(&[f64], &mut Measures)) -> Vec<&'static str> {
-    judge(&conditions(change)).iter().filter(|v| v.holds != Some(true)).map(|v| v.claim).collect()
+    evaluate(&conditions(change)).iter().filter(|v| v.holds != Some(true)).map(|v| v.claim).collect()
 }
 
 fn scale(value: &mut Option<f64>, factor: f64) {
@@ -56,7 +56,7 @@ fn scale(value: &mut Option<f64>, factor: f64) {
 
 #[test]
 fn every_claim_can_hold() {
-    let verdicts = judge(&conditions(|_, _| {}));
+    let verdicts = evaluate(&conditions(|_, _| {}));
     for verdict in &verdicts {
         assert_eq!(verdict.holds, Some(true), "{verdict:?}");
     }
@@ -169,7 +169,7 @@ fn a_missing_run_is_no_verdict() {
             *m = Measures::default();
         }
     };
-    let verdicts = judge(&conditions(missing));
+    let verdicts = evaluate(&conditions(missing));
     let unjudged: Vec<&str> = verdicts.iter().filter(|v| v.holds.is_none()).map(|v| v.claim).collect();
     assert_eq!(
         unjudged,

@@ -1,6 +1,6 @@
 //! Which runs a sweep has, in a fixed order.
 
-use super::axis::{Axis, What};
+use super::axis::{Axis, Factor};
 
 /// The thesis's frequencies, Hz, positive clockwise.
 pub const FREQUENCIES: [f64; 6] = [-8.0, -7.0, -6.0, 6.0, 7.0, 8.0];
@@ -49,15 +49,15 @@ impl Design {
     #[must_use]
     pub fn thesis() -> Vec<Axis> {
         vec![
-            Axis { what: What::Alpha, values: ALPHAS.to_vec() },
-            Axis { what: What::Frequency, values: FREQUENCIES.to_vec() },
+            Axis { what: Factor::Alpha, values: ALPHAS.to_vec() },
+            Axis { what: Factor::Frequency, values: FREQUENCIES.to_vec() },
         ]
     }
 
     /// With nominal and more friction.
     #[must_use]
     pub fn friction_axis() -> Axis {
-        Axis { what: What::FrictionFactor, values: vec![1.0, MORE_FRICTION] }
+        Axis { what: Factor::FrictionFactor, values: vec![1.0, MORE_FRICTION] }
     }
 
     /// Runs: points times seeds.
@@ -74,13 +74,13 @@ impl Design {
 
     /// Where an axis stands.
     #[must_use]
-    pub fn position(&self, what: &What) -> Option<usize> {
+    pub fn position(&self, what: &Factor) -> Option<usize> {
         self.axes.iter().position(|axis| axis.what == *what)
     }
 
     /// The frequency at a point, Hz, positive clockwise.
     #[must_use]
     pub fn frequency(&self, point: &[f64]) -> f64 {
-        self.position(&What::Frequency).map_or(USUAL_F_HZ, |index| point[index])
+        self.position(&Factor::Frequency).map_or(USUAL_F_HZ, |index| point[index])
     }
 }

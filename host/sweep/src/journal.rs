@@ -48,9 +48,9 @@ pub enum JournalError {
         "every row that is in the table stays; free the disk or mend the directory and run the same again"
     ))]
     Io {
-        /// The file.
+        /// Path of the file, as given.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         error: io::Error,
     },
 }

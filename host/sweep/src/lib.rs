@@ -1,25 +1,25 @@
 //! Experiments by the hundred: the thesis's conditions or any other, repeated over seeds, run over all cores.
 //!
-//! An [`Axis`] is what is varied, a [`Design`] the points and seeds, a [`Workshop`] makes the robots, a [`Campaign`] runs
+//! An [`Axis`] is what is varied, a [`Design`] the points and seeds, a [`VariantBuilder`] makes the robots, a [`Campaign`] runs
 //! them into a table that a kill cannot spoil. [`Conditions`] are means and spreads, [`claims`] judges what the thesis says,
 //! `plot::figures` draws.
 //!
 //! ```
 //! use std::path::Path;
 //!
-//! use description::edit::Document;
+//! use robot_file::edit::Document;
 //! use hal_sim::body::Precision;
-//! use sweep::{Axis, Campaign, Component, Conditions, Design, DriveKind, RunSettings, Target, Workshop};
+//! use sweep::{Axis, Campaign, Component, Conditions, Design, DriveKind, RunSettings, Target, VariantBuilder};
 //!
 //! let document = Document::load(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml")))?;
 //! let robot = document.robot()?;
-//! let workshop = Workshop::new(document, robot)?;
+//! let builder = VariantBuilder::new(document, robot)?;
 //! // The robot with an ideal motor, at two frequencies.
 //! let design = Design::product(Axis::parse_all(&["f=6,8".to_owned()])?, vec![1]);
 //! let settings = RunSettings { drive: DriveKind::Exact, seconds: 0.5, step_s: 1e-4, precision: Precision::Double };
 //! let directory = tempfile::tempdir()?;
 //! let target = Target { directory: directory.path(), stem: "sweep", paths: false, fresh: true };
-//! let swept = Campaign::new(&workshop, design, settings)?.run(&target, Some(1), &mut |_, _| ())?;
+//! let swept = Campaign::new(&builder, design, settings)?.run(&target, Some(1), &mut |_, _| ())?;
 //! let conditions = Conditions::new(&swept.design, &swept.runs);
 //! assert!(conditions.means(Component::Longitudinal).iter().all(Option::is_some));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -44,7 +44,7 @@ mod table;
 mod trial;
 mod variant;
 
-pub use axis::{Axis, AxisError, What, significant};
+pub use axis::{Axis, AxisError, Factor, significant};
 pub use campaign::{Campaign, Run, SweepError, Swept, Target};
 pub use design::{ALPHAS, Design, FREQUENCIES, MORE_FRICTION, MOST_RUNS, USUAL_F_HZ};
 pub use journal::JournalError;
@@ -54,4 +54,4 @@ pub use measured::{Measured, MeasuredError};
 pub use search::{Found, Search};
 pub use table::{Component, Condition, Conditions, Robustness, SENSITIVITY_FLOOR, Stat, error_percent};
 pub use trial::{DriveKind, INTERVAL_S, RunSettings, TrialError};
-pub use variant::{Variant, Workshop};
+pub use variant::{Variant, VariantBuilder};

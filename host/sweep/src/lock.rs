@@ -11,16 +11,16 @@ pub enum LockError {
     #[error("a sweep is running in {}", directory.display())]
     #[diagnostic(help("wait for its end, or choose another directory with --out"))]
     Busy {
-        /// The directory.
+        /// Directory of the sweep.
         directory: PathBuf,
     },
     /// The file system has no locks, or refuses.
     #[error("{} cannot be locked: {error}", directory.display())]
     #[diagnostic(help("run one sweep at a time there"))]
     Unavailable {
-        /// The directory.
+        /// Directory of the sweep.
         directory: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         error: io::Error,
     },
 }

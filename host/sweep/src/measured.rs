@@ -22,7 +22,7 @@ pub struct MeasuredError {
 
 /// A measured run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Row {
+struct MeasuredRun {
     f_hz: f64,
     alpha_deg: f64,
     speeds: [Option<f64>; 3],
@@ -31,14 +31,14 @@ struct Row {
 /// Measured runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    rows: Vec<Row>,
+    rows: Vec<MeasuredRun>,
 }
 
 impl Measured {
     /// Reads a table.
     ///
     /// # Errors
-    /// It cannot be read, a column is missing, or a cell is no number.
+    /// It cannot be read, a column is missing, or a cell is not a number.
     pub fn read(path: &Path) -> Result<Self, MeasuredError> {
         let wrong = |line, problem: String| MeasuredError { path: path.into(), line, problem };
         let mut reader = csv::ReaderBuilder::new()
@@ -67,7 +67,7 @@ impl Measured {
             let (Some(f_hz), Some(alpha_deg)) = (number(0)?, number(1)?) else {
                 return Err(wrong(line, "f_hz and alpha_deg must be given".into()));
             };
-            rows.push(Row { f_hz, alpha_deg, speeds: [number(2)?, number(3)?, number(4)?] });
+            rows.push(MeasuredRun { f_hz, alpha_deg, speeds: [number(2)?, number(3)?, number(4)?] });
         }
         if rows.is_empty() {
             return Err(wrong(None, "has no rows".into()));
@@ -78,14 +78,14 @@ impl Measured {
     /// Over the repeats of a condition.
     #[must_use]
     pub fn speed(&self, f_hz: f64, alpha_deg: f64, component: Component) -> Stat {
-        let here = |row: &&Row| (row.f_hz - f_hz).abs() < 1e-9 && (row.alpha_deg - alpha_deg).abs() < 1e-9;
+        let here = |row: &&MeasuredRun| (row.f_hz - f_hz).abs() < 1e-9 && (row.alpha_deg - alpha_deg).abs() < 1e-9;
         Stat::of(self.rows.iter().filter(here).map(|row| row.speeds[component as usize]))
     }
 
     /// Largest |mean| of all conditions: the denominator of (5.1).
     #[must_use]
     pub fn largest(&self, component: Component) -> f64 {
-        let mean = |row: &Row| self.speed(row.f_hz, row.alpha_deg, component).mean;
+        let mean = |row: &MeasuredRun| self.speed(row.f_hz, row.alpha_deg, component).mean;
         self.rows.iter().filter_map(mean).fold(0.0, |largest, mean| largest.max(mean.abs()))
     }
 

@@ -10,11 +10,11 @@ mod set;
 use std::path::PathBuf;
 use std::sync::mpsc;
 
-use description::edit::Document;
 use hal_sim::random::{Source, Stream};
 use rayon::prelude::*;
+use robot_file::edit::Document;
 use serde::Serialize;
-use set::{Tried, Unknown};
+use set::{EvaluatedSet, Unknown};
 use toml::{Table, Value};
 
 use super::campaign::{Campaign, SweepError, Target};
@@ -22,7 +22,7 @@ use super::claims;
 use super::journal::{Journal, Rows, claim};
 use super::table::Conditions;
 use super::trial::RunSettings;
-use super::variant::Workshop;
+use super::variant::VariantBuilder;
 
 /// The numbers that nobody has published: what the thesis leaves as "X mm", stiffness, damping, friction, the feet.
 const UNKNOWN: [&str; 17] = [
@@ -73,7 +73,7 @@ pub struct Found {
 
 /// A search.
 pub struct Search<'a> {
-    workshop: &'a Workshop,
+    builder: &'a VariantBuilder,
     unknowns: Vec<Unknown>,
     sets: usize,
     seed: u64,
@@ -84,15 +84,15 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// Of so many sets; the seed is of their numbers, the seeds are of every set's runs.
     #[must_use]
-    pub fn new(workshop: &'a Workshop, sets: usize, seed: u64, settings: RunSettings, seeds: Vec<u64>) -> Self {
+    pub fn new(builder: &'a VariantBuilder, sets: usize, seed: u64, settings: RunSettings, seeds: Vec<u64>) -> Self {
         let counts = |path: &str| UNKNOWN.contains(&path) || path.starts_with(UNKNOWN_EFFECTS);
-        let unknowns = workshop
+        let unknowns = builder
             .quantities()
             .iter()
             .filter(|(path, quantity)| counts(path) && quantity.low < quantity.high)
             .map(|(path, quantity)| Unknown { path: path.clone(), low: quantity.low, high: quantity.high })
             .collect();
-        Self { workshop, unknowns, sets, seed, settings, seeds }
+        Self { builder, unknowns, sets, seed, settings, seeds }
     }
 
     /// Tries every set that is not in the table yet.
@@ -116,24 +116,24 @@ impl<'a> Search<'a> {
         for (number, cells) in &rows {
             self.read(&journal, *number, cells)?;
         }
-        let mut tried: Vec<Tried> = Vec::new();
+        let mut evaluated: Vec<EvaluatedSet> = Vec::new();
         progress(rows.len(), self.sets);
-        while tried.len() < self.sets {
-            let numbers = tried.len() + 1..=(tried.len() + GENERATION).min(self.sets);
+        while evaluated.len() < self.sets {
+            let numbers = evaluated.len() + 1..=(evaluated.len() + GENERATION).min(self.sets);
             let sets: Vec<(usize, Vec<f64>)> =
-                numbers.clone().filter(|n| !rows.contains_key(n)).map(|n| (n, self.set(n, &tried))).collect();
+                numbers.clone().filter(|n| !rows.contains_key(n)).map(|n| (n, self.set(n, &evaluated))).collect();
             self.generation(&sets, &pool, &mut journal, &mut rows, progress)?;
             for number in numbers {
-                tried.push(self.read(&journal, number, rows.get(&number).map_or(&[], Vec::as_slice))?);
+                evaluated.push(self.read(&journal, number, rows.get(&number).map_or(&[], Vec::as_slice))?);
             }
         }
         let file = journal.finish(&rows)?;
-        Ok(self.found(&tried, file))
+        Ok(self.found(&evaluated, file))
     }
 
-    fn read(&self, journal: &Journal, number: usize, cells: &[String]) -> Result<Tried, SweepError> {
-        let tried = Tried::parse(cells, self.unknowns.len(), claims::names().count());
-        Ok(tried.ok_or_else(|| journal.unreadable(number))?)
+    fn read(&self, journal: &Journal, number: usize, cells: &[String]) -> Result<EvaluatedSet, SweepError> {
+        let evaluated = EvaluatedSet::parse(cells, self.unknowns.len(), claims::names().count());
+        Ok(evaluated.ok_or_else(|| journal.unreadable(number))?)
     }
 
     fn generation(
@@ -154,8 +154,8 @@ impl<'a> Search<'a> {
                     });
                 });
             });
-            for (number, tried) in receiver {
-                let row = (number, tried.cells());
+            for (number, evaluated) in receiver {
+                let row = (number, evaluated.cells());
                 journal.append(std::slice::from_ref(&row))?;
                 rows.insert(row.0, row.1);
                 progress(rows.len(), self.sets);
@@ -165,16 +165,16 @@ impl<'a> Search<'a> {
     }
 
     /// The numbers of a set, from 1, after those of the generations before.
-    fn set(&self, number: usize, before: &[Tried]) -> Vec<f64> {
+    fn set(&self, number: usize, before: &[EvaluatedSet]) -> Vec<f64> {
         if number == 1 {
-            let nominal = |unknown: &Unknown| self.workshop.quantity(&unknown.path).map_or(unknown.low, |q| q.value);
+            let nominal = |unknown: &Unknown| self.builder.quantity(&unknown.path).map_or(unknown.low, |q| q.value);
             return self.unknowns.iter().map(nominal).collect();
         }
         let seed = self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number as u64);
         let mut draws = Stream::new(seed, Source::Variation);
-        let mut best: Vec<&Tried> = before.iter().filter(|tried| tried.note.is_empty()).collect();
+        let mut best: Vec<&EvaluatedSet> = before.iter().filter(|evaluated| evaluated.note.is_empty()).collect();
         // Stable: of equals the earlier.
-        best.sort_by_key(|tried| std::cmp::Reverse(tried.held()));
+        best.sort_by_key(|evaluated| std::cmp::Reverse(evaluated.held()));
         best.truncate(PARENTS);
         if number <= 1 + self.sets / 2 || best.is_empty() {
             return self.unknowns.iter().map(|unknown| unknown.value(draws.uniform(0.0, 1.0))).collect();
@@ -198,26 +198,26 @@ impl<'a> Search<'a> {
     /// # Errors
     /// The file does not take a number.
     pub fn document(&self, values: &[f64]) -> Result<Document, SweepError> {
-        Ok(self.workshop.edited(&self.pairs(values))?)
+        Ok(self.builder.edited(&self.pairs(values))?)
     }
 
-    fn attempt(&self, values: &[f64]) -> Tried {
+    fn attempt(&self, values: &[f64]) -> EvaluatedSet {
         let none = vec![None; claims::names().count()];
         match self.judged(values) {
-            Ok((holds, note)) => Tried { values: values.to_vec(), holds, note },
-            Err(error) => Tried { values: values.to_vec(), holds: none, note: error.to_string() },
+            Ok((holds, note)) => EvaluatedSet { values: values.to_vec(), holds, note },
+            Err(error) => EvaluatedSet { values: values.to_vec(), holds: none, note: error.to_string() },
         }
     }
 
     fn judged(&self, values: &[f64]) -> Result<(Vec<Option<bool>>, String), SweepError> {
         let document = self.document(values)?;
         let robot = document.robot().map_err(|error| SweepError::Design(error.to_string()))?;
-        let workshop = Workshop::new(document, robot)?;
-        let campaign = Campaign::new(&workshop, claims::design(self.seeds.clone()), self.settings)?;
+        let builder = VariantBuilder::new(document, robot)?;
+        let campaign = Campaign::new(&builder, claims::design(self.seeds.clone()), self.settings)?;
         let runs = campaign.outcomes()?;
         let bad = runs.iter().filter(|run| run.measures.vx.is_none()).count();
         let note = if bad > 0 { format!("{bad} runs blew up") } else { String::new() };
-        let verdicts = claims::judge(&Conditions::new(campaign.design(), &runs));
+        let verdicts = claims::evaluate(&Conditions::new(campaign.design(), &runs));
         Ok((verdicts.iter().map(|verdict| verdict.holds).collect(), note))
     }
 
@@ -229,23 +229,24 @@ impl<'a> Search<'a> {
 
     fn about(&self) -> Result<Table, SweepError> {
         // A claims' sweep of the file's own numbers says which robot, which physics and which claims.
-        let campaign = Campaign::new(self.workshop, claims::design(self.seeds.clone()), self.settings)?;
+        let campaign = Campaign::new(self.builder, claims::design(self.seeds.clone()), self.settings)?;
         let mut about = campaign.about();
         about.insert("sets".into(), Value::Integer(i64::try_from(self.sets).unwrap_or(i64::MAX)));
         about.insert("search_seed".into(), Value::Integer(i64::from_ne_bytes(self.seed.to_ne_bytes())));
         Ok(about)
     }
 
-    fn found(&self, tried: &[Tried], file: PathBuf) -> Found {
-        let admissible: Vec<&Tried> = tried.iter().filter(|tried| tried.note.is_empty()).collect();
-        let holding = |index: usize| admissible.iter().filter(|tried| tried.holds[index] == Some(true)).count();
+    fn found(&self, evaluated: &[EvaluatedSet], file: PathBuf) -> Found {
+        let admissible: Vec<&EvaluatedSet> = evaluated.iter().filter(|evaluated| evaluated.note.is_empty()).collect();
+        let holding = |index: usize| admissible.iter().filter(|evaluated| evaluated.holds[index] == Some(true)).count();
         let claims = claims::names().enumerate().map(|(index, name)| (name.to_owned(), holding(index))).collect();
-        let score = |index: &usize| (tried[*index].note.is_empty(), tried[*index].held(), std::cmp::Reverse(*index));
-        let best = (0..tried.len()).max_by_key(score).unwrap_or(0);
-        let best_holds = claims::names().zip(&tried[best].holds).filter(|(_, holds)| **holds == Some(true));
-        let values = self.pairs(&tried[best].values).into_iter().map(|(path, value)| (path.to_owned(), value));
+        let score =
+            |index: &usize| (evaluated[*index].note.is_empty(), evaluated[*index].held(), std::cmp::Reverse(*index));
+        let best = (0..evaluated.len()).max_by_key(score).unwrap_or(0);
+        let best_holds = claims::names().zip(&evaluated[best].holds).filter(|(_, holds)| **holds == Some(true));
+        let values = self.pairs(&evaluated[best].values).into_iter().map(|(path, value)| (path.to_owned(), value));
         Found {
-            sets: tried.len(),
+            sets: evaluated.len(),
             admissible: admissible.len(),
             claims,
             best: best + 1,

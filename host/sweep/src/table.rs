@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::axis::What;
+use super::axis::Factor;
 use super::campaign::Run;
 use super::design::{Design, MORE_FRICTION};
 use super::measure::Measures;
@@ -27,7 +27,7 @@ impl Component {
     /// In the thesis's order.
     pub const ALL: [Self; 3] = [Self::Longitudinal, Self::Lateral, Self::Rotational];
 
-    /// For titles.
+    /// Name for titles and legends.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -107,7 +107,7 @@ impl Condition {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conditions {
     /// What the points' values are of.
-    pub axes: Vec<What>,
+    pub axes: Vec<Factor>,
     /// In the design's order.
     pub conditions: Vec<Condition>,
 }
@@ -128,7 +128,7 @@ impl Conditions {
     /// The conditions at one factor on the friction, without that axis. All of them where it is not varied.
     #[must_use]
     pub fn at_friction(&self, factor: f64) -> Self {
-        let Some(position) = self.axes.iter().position(|axis| *axis == What::FrictionFactor) else {
+        let Some(position) = self.axes.iter().position(|axis| *axis == Factor::FrictionFactor) else {
             return self.clone();
         };
         let without = |condition: &Condition| {
@@ -151,7 +151,7 @@ impl Conditions {
     /// Effectiveness and sensitivity of a speed, where the friction is varied.
     #[must_use]
     pub fn robustness(&self, component: Component) -> Option<Robustness> {
-        self.axes.contains(&What::FrictionFactor).then(|| {
+        self.axes.contains(&Factor::FrictionFactor).then(|| {
             let nominal = self.at_friction(1.0).means(component);
             Robustness::new(&nominal, &self.at_friction(MORE_FRICTION).means(component))
         })

@@ -10,7 +10,7 @@ use hal_sim::body::{Plan, Precision, Track};
 use super::measure::{Measures, measure};
 use super::variant::Variant;
 use common::conventions::frequency_from_omega;
-use simulation::{Order, blow_up};
+use simulation::{DriveCommand, blow_up};
 
 /// Time between two snapshots, s: some fourteen a turn.
 pub const INTERVAL_S: f64 = 0.01;
@@ -42,20 +42,20 @@ pub struct RunSettings {
     pub drive: DriveKind,
     /// Length of a run, s; speeds are those of its second half.
     pub seconds: f64,
-    /// s.
+    /// Integration step, s.
     pub step_s: f64,
     /// With how many digits the bodies are advanced.
     pub precision: Precision,
 }
 
-/// A run.
+/// Run of a sweep: variant, frequency, seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial<'a> {
-    /// Of what.
+    /// Robot that runs.
     pub variant: &'a Variant,
     /// What the robot's controller knows, where a motor drives.
     pub parameters: Option<&'a Parameters>,
-    /// Hz, positive clockwise.
+    /// Actuation frequency, Hz, positive clockwise.
     pub f_hz: f64,
     /// Of what is random in it.
     pub seed: u64,
@@ -83,7 +83,7 @@ pub enum TrialError {
     #[error("axis `f`: {f_hz} Hz: {why}")]
     #[diagnostic(help("the limits are in [controller.limits] of the robot file; --drive ideal has none"))]
     Refused {
-        /// Hz.
+        /// Actuation frequency, Hz, positive clockwise.
         f_hz: f64,
         /// The controller's words.
         why: String,
@@ -108,10 +108,10 @@ pub fn check(trial: &Trial<'_>) -> Result<(), TrialError> {
 }
 
 fn command(controller: &mut Controller, f_hz: f64, time_us: u64) -> Result<(), TrialError> {
-    let order = Order::Freq { hz: f_hz };
+    let command = DriveCommand::Freq { hz: f_hz };
     let limits = controller.parameters().limits;
-    let refused = |refusal| TrialError::Refused { f_hz, why: simulation::said(order, refusal, &limits) };
-    controller.command(order.command(), time_us).map_err(refused)
+    let refused = |refusal| TrialError::Refused { f_hz, why: simulation::said(command, refusal, &limits) };
+    controller.command(command.to_control(), time_us).map_err(refused)
 }
 
 /// Runs robots of one shape.
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn the_frequency_is_over_the_time_that_passed() {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml");
-        let plan = Plan::new(&description::Robot::load(&file).unwrap()).unwrap();
+        let plan = Plan::new(&robot_file::Robot::load(&file).unwrap()).unwrap();
         let still = Ensemble::new(std::slice::from_ref(&plan), ensemble::Settings::default()).unwrap().snapshot(0);
         // Seven ticks of 1.5 ms instead of 10 ms.
         let times = (0..100).map(|k| 0.0105 * f64::from(k));

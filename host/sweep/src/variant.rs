@@ -1,12 +1,12 @@
 //! Robots that differ from the file in what a sweep varies.
 
-use description::edit::Document;
-use description::robot::{ModuleKind, Quantity};
-use description::{DescriptionError, Robot};
 use hal_sim::body::Plan;
+use robot_file::edit::Document;
+use robot_file::robot::{ModuleKind, Quantity};
+use robot_file::{Robot, RobotFileError};
 use serde_json::Value;
 
-use super::axis::{Axis, AxisError, What};
+use super::axis::{Axis, AxisError, Factor};
 
 /// Modules that a chain may have.
 const MOST_MODULES: f64 = 64.0;
@@ -26,13 +26,13 @@ pub struct Variant {
 
 /// The robot file that variants are made from.
 #[derive(Clone, Debug)]
-pub struct Workshop {
+pub struct VariantBuilder {
     document: Document,
     robot: Robot,
     quantities: Vec<(String, Quantity)>,
 }
 
-impl Workshop {
+impl VariantBuilder {
     /// From a robot file.
     ///
     /// # Errors
@@ -101,9 +101,9 @@ impl Workshop {
     }
 
     /// The plausible range of what an axis changes. α is a choice of the builder, not an uncertain number.
-    fn spread<'a>(&'a self, what: &'a What) -> Option<(&'a str, &'a Quantity)> {
+    fn spread<'a>(&'a self, what: &'a Factor) -> Option<(&'a str, &'a Quantity)> {
         match what {
-            What::Quantity(path) => self.quantity(path).map(|quantity| (path.as_str(), quantity)),
+            Factor::Quantity(path) => self.quantity(path).map(|quantity| (path.as_str(), quantity)),
             _ => None,
         }
     }
@@ -117,17 +117,17 @@ impl Workshop {
         let mut robot = self.with_quantities(values())?;
         // The number of modules first: it says which backbones there are.
         for (what, value) in values() {
-            if *what == What::Modules {
+            if *what == Factor::Modules {
                 set_modules(&mut robot, value)?;
             }
         }
         for (what, value) in values() {
-            if *what == What::Alpha {
+            if *what == Factor::Alpha {
                 set_alpha(&mut robot, value)?;
             }
         }
         for (what, value) in values() {
-            if let What::Roll(backbone) = what {
+            if let Factor::Roll(backbone) = what {
                 set_roll(&mut robot, *backbone, value)?;
             }
         }
@@ -135,17 +135,17 @@ impl Workshop {
         let mut plan = Plan::new(&robot)
             .map_err(|error| unreachable(&named.join(", "), error.to_string(), "choose other values"))?;
         for (what, value) in values() {
-            if let (What::FrictionFactor, Some(contact)) = (what, &mut plan.contact) {
+            if let (Factor::FrictionFactor, Some(contact)) = (what, &mut plan.contact) {
                 contact.friction *= value;
             }
         }
         Ok(Variant { robot, plan })
     }
 
-    fn with_quantities<'a>(&self, values: impl Iterator<Item = (&'a What, f64)>) -> Result<Robot, AxisError> {
+    fn with_quantities<'a>(&self, values: impl Iterator<Item = (&'a Factor, f64)>) -> Result<Robot, AxisError> {
         let set: Vec<(&str, f64)> = values
             .filter_map(
-                |(what, value)| if let What::Quantity(path) = what { Some((path.as_str(), value)) } else { None },
+                |(what, value)| if let Factor::Quantity(path) = what { Some((path.as_str(), value)) } else { None },
             )
             .collect();
         if set.is_empty() {
@@ -194,7 +194,7 @@ impl Workshop {
     }
 
     /// The first problem of an edit, with the value that it is about.
-    fn refused(&self, values: &[(&str, f64)], error: &DescriptionError) -> AxisError {
+    fn refused(&self, values: &[(&str, f64)], error: &RobotFileError) -> AxisError {
         let problem = error.problems().first();
         let field = problem.map_or("", |problem| problem.field.as_str());
         let own = values.iter().find(|(path, _)| field.starts_with(path));

@@ -12,7 +12,7 @@ use crate::store::{self, Partitions};
 /// What a status says that does not change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct About {
-    /// The robot's name.
+    /// Name from the robot file, at most 32 bytes.
     pub name: String<NAME>,
     /// Why the processor started.
     pub reset: Reset,
@@ -23,7 +23,7 @@ pub struct About {
 /// What a robot starts with.
 #[derive(Clone, Debug)]
 pub struct Booted {
-    /// For its status.
+    /// What the robot reports in its status.
     pub about: About,
     /// What decides. Without one the control loop cannot start: run the other tasks, and the LED says so. A build script
     /// that calls [`Settings::check`] leaves no way for that to happen.

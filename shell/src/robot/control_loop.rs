@@ -2,17 +2,17 @@
 
 use core::borrow::BorrowMut;
 
-use control::protocol::radio::{Batch, FURTHEST_US, ROUND_US, Row};
+use control::protocol::radio::{Batch, FURTHEST_US, PackedTick, ROUND_US};
 use control::{Actuation, AdcCode, Controller, Sample, Telemetry};
 use embassy_time::{Instant, Timer};
 use heapless::Vec;
 
-use super::clerk::Clerk;
+use super::command_handler::CommandHandler;
 use super::median::median;
 use super::schedule::Schedule;
 use super::shared::TickCounts;
 use super::{Settings, Shared, Shown};
-use crate::board::{Bridge, Converter, Patience, Watchdog};
+use crate::board::{Bridge, Converter, Watchdog, WatchdogTimeout};
 
 /// The parts of the board that belong to the control loop alone.
 #[derive(Debug)]
@@ -40,13 +40,13 @@ pub async fn control_loop(
     bridge.apply(Actuation::OFF);
     let mut schedule = Schedule::new(controller.parameters(), Instant::now().as_micros());
     let mut reporter = Reporter::default();
-    let mut clerk = Clerk::default();
+    let mut command_handler = CommandHandler::default();
     let mut before: Option<(u64, u32)> = None;
     loop {
         let began_us = Instant::now().as_micros();
         let period = schedule.begin(began_us);
         let (sample, outliers) = measure(&mut converter, settings);
-        clerk.serve(period, controller, &settings.parameters, shared);
+        command_handler.serve(period, controller, &settings.parameters, shared);
         actuate(controller.tick(&sample), &mut bridge, &mut watchdog);
         reporter.report(period, &sample, &controller.telemetry(), shared);
         watchdog.feed();
@@ -66,11 +66,11 @@ pub async fn control_loop(
 /// Tells the bridge. While it is on, the watchdog is impatient: from before it is switched on until after it is off.
 fn actuate(actuation: Actuation, bridge: &mut impl Bridge, watchdog: &mut impl Watchdog) {
     if actuation.enable {
-        watchdog.expect(Patience::Driving);
+        watchdog.expect(WatchdogTimeout::Driving);
         bridge.apply(actuation);
     } else {
         bridge.apply(actuation);
-        watchdog.expect(Patience::Resting);
+        watchdog.expect(WatchdogTimeout::Resting);
     }
 }
 
@@ -135,7 +135,7 @@ impl Reporter {
         });
         batch.battery_mv = millivolt(telemetry.battery);
         // There is room: a full batch is handed over at once.
-        let _ = batch.rows.push(Row::new(sample.angle, telemetry).with_second(sample.second).after(after_us));
+        let _ = batch.rows.push(PackedTick::new(sample.angle, telemetry).with_second(sample.second).after(after_us));
         if batch.rows.is_full() {
             self.hand_over(shared);
         }
@@ -163,7 +163,7 @@ fn continues(batch: &Batch, period: u32, telemetry: &Telemetry) -> bool {
         && batch.failed_sensor == telemetry.failed_sensor
 }
 
-/// To the nearest; the ends where it does not fit, 0 for no number.
+/// Rounded to the nearest integer; saturates, and is 0 for NaN.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates, as documented")]
 fn millivolt(volt: f32) -> u16 {
     (volt * 1e3 + 0.5) as u16

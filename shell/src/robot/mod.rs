@@ -1,8 +1,8 @@
 //! The robot's tasks: after [`boot`], [`control_loop`] in an interrupt executor above everything else, [`receive`], [`send`],
-//! [`keep`], [`pair`] and [`led`] below it. They share one [`Shared`].
+//! [`persistence_task`], [`pair`] and [`led`] below it. They share one [`Shared`].
 //!
 //! ```text
-//! radio ──receive──▶ orders ──▶ control_loop ──▶ answers ──▶ send ──▶ radio
+//! radio ──receive──▶ downlinks ──▶ control_loop ──▶ answers ──▶ send ──▶ radio
 //!                                            ├─▶ batches ──▶
 //!                                            └─▶ work ──▶ keep ──▶ flash
 //! serial line ──pair──────────────────────────▶
@@ -11,12 +11,12 @@
 //! Nothing makes the control loop wait: what does not fit into a queue is dropped and counted.
 
 mod boot;
-mod clerk;
+mod command_handler;
 mod control_loop;
-mod keep;
 mod led;
 mod median;
 mod pair;
+mod persistence_task;
 mod receive;
 mod schedule;
 mod send;
@@ -25,10 +25,10 @@ mod shared;
 
 pub use boot::{About, Booted, boot};
 pub use control_loop::{Parts, control_loop};
-pub use keep::keep;
 pub use led::{Shown, led};
 pub use median::MOST_CONVERSIONS;
 pub use pair::{Identity, pair};
+pub use persistence_task::persistence_task;
 pub use receive::receive;
 pub use schedule::period_us;
 pub use send::send;

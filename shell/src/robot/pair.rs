@@ -5,7 +5,7 @@
 
 use control::protocol::VERSION;
 use control::protocol::frame::{Deframer, LONGEST, encode};
-use control::protocol::pairing::{FromRobot, ToRobot};
+use control::protocol::pairing::{PairingReply, PairingRequest};
 use control::protocol::radio::{NAME, Reset};
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
@@ -23,11 +23,11 @@ const GONE: Duration = Duration::from_millis(500);
 /// Who the robot is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// Its radio address.
+    /// ESP-NOW (MAC) address.
     pub address: Address,
     /// Its name.
     pub name: String<NAME>,
-    /// Whom it obeys.
+    /// Address of the paired console; `None` before pairing.
     pub console: Option<Address>,
 }
 
@@ -50,35 +50,35 @@ pub async fn pair(
                     let Some(Ok(message)) = deframer.push(*byte) else { continue };
                     let answer = answer(message, identity, shared).await;
                     line.write(&answer).await;
-                    if answer == FromRobot::Kept {
+                    if answer == PairingReply::Kept {
                         restart.restart(Reset::Software);
                     }
                 }
             }
             // Unplugged, or bytes are lost: what comes next does not belong to what came before.
             Ok(0) | Err(_) => {
-                let _ = deframer.push::<ToRobot>(0);
+                let _ = deframer.push::<PairingRequest>(0);
                 Timer::after(READ_AGAIN).await;
             }
         }
     }
 }
 
-async fn answer(message: ToRobot, identity: &Identity, shared: &Shared) -> FromRobot {
+async fn answer(message: PairingRequest, identity: &Identity, shared: &Shared) -> PairingReply {
     let pairing = match message {
-        ToRobot::Hello => {
+        PairingRequest::Hello => {
             let Identity { address, name, console } = identity.clone();
-            return FromRobot::Hello { version: VERSION, address, name, console };
+            return PairingReply::Hello { version: VERSION, address, name, console };
         }
-        ToRobot::Pair(pairing) => Some(pairing),
-        ToRobot::Forget => None,
+        PairingRequest::Pair(pairing) => Some(pairing),
+        PairingRequest::Forget => None,
     };
     // Whatever was kept before is no answer to this.
     shared.paired.reset();
     if shared.hand_over(Work::Pair(pairing)).is_ok() && shared.paired.wait().await {
-        FromRobot::Kept
+        PairingReply::Kept
     } else {
-        FromRobot::NotKept
+        PairingReply::NotKept
     }
 }
 
@@ -89,7 +89,7 @@ struct Line<W> {
 
 impl<W: Write> Line<W> {
     /// Writes a frame, as far as the host takes it: one that has gone hears nothing, and what follows is done all the same.
-    async fn write(&mut self, message: &FromRobot) {
+    async fn write(&mut self, message: &PairingReply) {
         let [zero, rest @ ..] = &mut self.buffer;
         *zero = 0;
         // Every message to the host is short enough.

@@ -1,20 +1,20 @@
 //! The receiving task: waits for nothing but the radio, and believes only the console that the robot is paired with.
 
-use control::protocol::radio::{Counters, ToRobot};
-use control::protocol::secure::{Ear, Heard, Opened, Rejected};
+use control::protocol::radio::{Counters, Downlink};
+use control::protocol::secure::{Accepted, Opened, Rejected, SessionReceiver};
 use embassy_time::{Duration, Instant};
 
 use super::Shared;
-use super::shared::Order;
+use super::shared::ReceivedDownlink;
 use crate::board::{Address, Entropy, Received, Receiver};
 
 /// A console of another version is told so at most this often.
 const NOTICE: Duration = Duration::from_secs(1);
 
-/// Hands orders to the control loop. What nobody has signed, or what was there before, changes nothing but counters.
+/// Hands downlinks to the control loop. What nobody has signed, or what was there before, changes nothing but counters.
 pub async fn receive(
     mut receiver: impl Receiver,
-    mut ear: Ear,
+    mut session: SessionReceiver,
     console: Address,
     mut entropy: impl Entropy,
     shared: &Shared,
@@ -23,17 +23,17 @@ pub async fn receive(
     loop {
         let Received { from, payload, .. } = receiver.receive().await;
         let now = Instant::now();
-        match ear.hear(&payload, || entropy.nonce()) {
-            Ok(Heard::Hello(welcome)) => {
+        match session.accept(&payload, || entropy.nonce()) {
+            Ok(Accepted::Hello(welcome)) => {
                 shared.count(|c| add(&mut c.calls, 1));
                 shared.welcome.signal(welcome);
             }
-            Ok(Heard::Order { order, began }) => {
+            Ok(Accepted::Downlink { downlink, began }) => {
                 let begins = began.is_some();
                 if let Some(key) = began {
                     shared.began.signal(key);
                 }
-                take(&order, begins, now, shared);
+                take(&downlink, begins, now, shared);
             }
             Err(rejected) => {
                 shared.count(|c| add(counter(c, rejected), 1));
@@ -47,13 +47,13 @@ pub async fn receive(
     }
 }
 
-fn take(order: &Opened<ToRobot>, begins: bool, now: Instant, shared: &Shared) {
+fn take(downlink: &Opened<Downlink>, begins: bool, now: Instant, shared: &Shared) {
     shared.count(|c| {
         add(&mut c.received, 1);
-        add(&mut c.lost, order.missing);
+        add(&mut c.lost, downlink.missing);
     });
-    shared.heard(order.counter, now);
-    shared.order(Order { order: order.body, begins, received_us: now.as_micros() });
+    shared.heard(downlink.counter, now);
+    shared.downlink(ReceivedDownlink { downlink: downlink.body, begins, received_us: now.as_micros() });
 }
 
 fn counter(counters: &mut Counters, rejected: Rejected) -> &mut u32 {

@@ -2,7 +2,7 @@
 //!
 //! A tick that comes late or takes too long costs the periods that it covers; they are counted and not made up for. The
 //! controller sees from the samples' times how many there were. After a tick that began late the next is on the grid
-//! again, half a period later at the least; after one that took too long the next waits for the grid, which leaves the
+//! again, half a period later at least; after one that took too long the next waits for the grid, which leaves the
 //! other tasks some time even if every tick takes too long.
 
 use control::Parameters;

@@ -6,19 +6,19 @@
 //! A radio that sends nothing any more ([`crate::bounded`]) ends with the processor's reset, with the motor off. While it is
 //! driven the console hears nothing either: its heartbeats age, and the supervisor stops the motor first.
 
-use control::protocol::radio::{Counters, FromRobot, LONGEST, Reset, Status, Telling};
+use control::protocol::radio::{Counters, LONGEST, Report, Reset, Status, Uplink};
 use control::protocol::secure::{Key, Sealer, WELCOME, notice};
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_time::{Duration, Instant, Timer};
 
-use super::clerk::uptime_ms;
+use super::command_handler::uptime_ms;
 use super::shared::Answered;
 use super::{About, Shared};
 use crate::board::{Address, Gauge, Readings, Restart, Sender, Sent};
 use crate::bounded::{Bounded, Broken};
 
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
-/// A broken radio waits for the motor to stop: so often it looks.
+/// Interval at which a broken radio looks whether the motor has stopped.
 const LOOK_AGAIN: Duration = Duration::from_millis(10);
 
 /// Tells the console what the robot does, once there is a session. Every send is awaited to its end, or to its limit: then the
@@ -45,9 +45,9 @@ pub async fn send(
             Next::Message(message) => {
                 let Some(session) = session.as_mut() else { continue };
                 let message = message.unwrap_or_else(|| session.status(about, &gauge, shared));
-                let telling = Telling { uptime_ms: uptime_ms(), echo: shared.echo(), message };
+                let uplink = Uplink { uptime_ms: uptime_ms(), echo: shared.echo(), report: message };
                 // The longest of them fit (tested in `radio`).
-                let Ok((frame, _)) = session.sealer.seal(&telling, &mut buffer) else { continue };
+                let Ok((frame, _)) = session.sealer.seal(&uplink, &mut buffer) else { continue };
                 tell(&mut sender, &console, frame, shared).await
             }
         };
@@ -70,7 +70,7 @@ enum Next {
     Notice,
     Began(Key),
     /// Without a message it is the status's turn.
-    Message(Option<FromRobot>),
+    Message(Option<Report>),
 }
 
 /// Waits for the next thing to do. What is ready and comes first in the list goes first.
@@ -82,10 +82,10 @@ async fn next(session: Option<&Session>, shared: &Shared) -> Next {
         Either::First(Either3::Second(frame)) => Next::Welcome(frame),
         Either::First(Either3::Third(())) => Next::Notice,
         Either::Second(Either3::First(Answered { number, tick, answer })) => {
-            Next::Message(Some(FromRobot::Answer { number, tick, answer }))
+            Next::Message(Some(Report::Answer { number, tick, answer }))
         }
         Either::Second(Either3::Second(())) => Next::Message(None),
-        Either::Second(Either3::Third(batch)) => Next::Message(Some(FromRobot::Telemetry(batch))),
+        Either::Second(Either3::Third(batch)) => Next::Message(Some(Report::Telemetry(batch))),
     }
 }
 
@@ -115,10 +115,10 @@ async fn tell(
 }
 
 impl Session {
-    fn status(&mut self, about: &About, gauge: &impl Gauge, shared: &Shared) -> FromRobot {
+    fn status(&mut self, about: &About, gauge: &impl Gauge, shared: &Shared) -> Report {
         self.status_due = Instant::now() + STATUS_PERIOD;
         let Readings { too_long, overrun, heap_least_free } = gauge.read();
-        FromRobot::Status(Status {
+        Report::Status(Status {
             name: about.name.clone(),
             reset: about.reset,
             parameters: about.parameters,

@@ -10,7 +10,7 @@ use super::MOST_CONVERSIONS;
 /// Built into the firmware from a robot file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// The robot's name.
+    /// Name from the robot file, at most 32 bytes.
     pub name: String<NAME>,
     /// Factory parameters of the controller.
     pub parameters: Parameters,
@@ -63,8 +63,8 @@ mod tests {
     #[test]
     fn what_the_robot_cannot_run_on_is_refused() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml");
-        let robot = description::robot::Robot::load(&file).expect("robot.toml is sound");
-        let parameters = description::design::design(&robot).expect("a controller").parameters;
+        let robot = robot_file::robot::Robot::load(&file).expect("robot.toml is sound");
+        let parameters = robot_file::design::design(&robot).expect("a controller").parameters;
         let settings = |conversions| Settings { name: String::new(), parameters, conversions, outlier_lsb: 100 };
         for conversions in [1, 64] {
             assert_eq!(settings(conversions).check(), Ok(()));

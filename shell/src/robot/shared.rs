@@ -3,7 +3,7 @@
 use core::cell::RefCell;
 
 use control::protocol::pairing::Pairing;
-use control::protocol::radio::{Answer, Batch, Counters, Echo, InjectedFault, Injection, ToRobot};
+use control::protocol::radio::{Answer, Batch, Counters, Downlink, Echo, InjectedFault, Injection};
 use control::protocol::secure::{Key, WELCOME};
 use control::{Parameters, Refusal};
 use embassy_sync::blocking_mutex::Mutex;
@@ -14,17 +14,17 @@ use embassy_time::{Duration, Instant};
 
 use super::Shown;
 
-/// An order that counts.
+/// Downlink that was accepted, with the time of its arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Order {
-    pub order: ToRobot,
+pub(super) struct ReceivedDownlink {
+    pub downlink: Downlink,
     /// It is the first of a session.
     pub begins: bool,
     /// When it came, µs since boot.
     pub received_us: u64,
 }
 
-/// What became of a [`Do`](control::protocol::radio::Do).
+/// Answer to a [`RequestFrame`](control::protocol::radio::RequestFrame), with its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Answered {
     pub number: u16,
@@ -45,9 +45,9 @@ pub(super) enum Work {
 }
 
 /// All that the radio holds (10) may come in at once.
-const ORDERS: usize = 12;
-/// One for each order.
-const ANSWERS: usize = ORDERS;
+const DOWNLINKS: usize = 12;
+/// One answer for each downlink.
+const ANSWERS: usize = DOWNLINKS;
 /// 80 ms of telemetry: longer than the radio's usual delays of 10 to 50 ms.
 const BATCHES: usize = 8;
 
@@ -55,7 +55,7 @@ type Queue<T, const N: usize> = Channel<CriticalSectionRawMutex, T, N>;
 
 /// Queues and counters of the robot's tasks. Critical sections guard them, so that a task in an interrupt may use them.
 pub struct Shared {
-    pub(super) orders: Queue<Order, ORDERS>,
+    pub(super) downlinks: Queue<ReceivedDownlink, DOWNLINKS>,
     pub(super) answers: Queue<Answered, ANSWERS>,
     pub(super) batches: Queue<Batch, BATCHES>,
     /// The answer to the console's latest call.
@@ -66,7 +66,7 @@ pub struct Shared {
     pub(super) began: Signal<CriticalSectionRawMutex, Key>,
     /// Filled by [`Shared::hand_over`] alone.
     pub(super) work: Queue<Work, 1>,
-    /// Whether the flash kept what the control loop ordered.
+    /// Whether the flash kept what the control loop commanded.
     pub(super) saved: Signal<CriticalSectionRawMutex, bool>,
     /// Whether it kept a pairing.
     pub(super) paired: Signal<CriticalSectionRawMutex, bool>,
@@ -75,7 +75,7 @@ pub struct Shared {
 
 struct State {
     counters: Counters,
-    /// Counter of the last order that counted, and when it came.
+    /// Counter of the last downlink that counted, and when it came.
     heard: Option<(u32, Instant)>,
     shown: Shown,
     /// See [`Shared::take_lost_stop`].
@@ -87,7 +87,7 @@ struct State {
     injection: Injecting,
 }
 
-/// What there is of faults on request.
+/// State of the fault injection.
 #[derive(Clone, Copy, Debug)]
 enum Injecting {
     /// This image makes none.
@@ -98,7 +98,7 @@ enum Injecting {
     Ordered { fault: InjectedFault, from: Instant, until: Instant },
 }
 
-/// A console that was silent for so long has gone: telemetry is not for nobody.
+/// Silence after which the console has gone and no telemetry is sent.
 const GONE: Duration = Duration::from_secs(2);
 
 /// What a tick adds to the counters.
@@ -158,7 +158,7 @@ impl Shared {
             heap_least_free: 0,
         };
         Self {
-            orders: Channel::new(),
+            downlinks: Channel::new(),
             answers: Channel::new(),
             batches: Channel::new(),
             welcome: Signal::new(),
@@ -191,7 +191,7 @@ impl Shared {
         self.with(|state| state.heard.is_some_and(|(_, at)| since(at) < GONE))
     }
 
-    /// The last order that counted.
+    /// The last downlink that counted.
     pub(super) fn echo(&self) -> Echo {
         self.with(|state| {
             state.heard.map_or(Echo::default(), |(counter, at)| Echo {
@@ -328,20 +328,20 @@ impl Shared {
         });
     }
 
-    /// Queues an order; the oldest goes where there is no room, because what was said last counts. That the motor shall
+    /// Queues a downlink; the oldest goes where there is no room, because what was said last counts. That the motor shall
     /// stop is kept nevertheless: see [`Shared::take_lost_stop`].
-    pub(super) fn order(&self, order: Order) {
-        while self.orders.try_send(order).is_err() {
-            if let Ok(dropped) = self.orders.try_receive() {
+    pub(super) fn downlink(&self, downlink: ReceivedDownlink) {
+        while self.downlinks.try_send(downlink).is_err() {
+            if let Ok(dropped) = self.downlinks.try_receive() {
                 self.with(|state| {
-                    state.lost_stop |= dropped.begins || dropped.order == ToRobot::Stop;
+                    state.lost_stop |= dropped.begins || dropped.downlink == Downlink::Stop;
                     state.counters.commands_dropped = state.counters.commands_dropped.wrapping_add(1);
                 });
             }
         }
     }
 
-    /// Whether an order that stops the motor was dropped: a stop, or the first of a session.
+    /// Whether a downlink that stops the motor was dropped: a stop, or the first of a session.
     pub(super) fn take_lost_stop(&self) -> bool {
         self.with(|state| core::mem::take(&mut state.lost_stop))
     }

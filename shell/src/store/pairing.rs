@@ -8,7 +8,7 @@ use core::ops::Range;
 pub use control::protocol::pairing::Pairing;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::halves::{Found, find, store};
+use super::ab_slots::{Found, find, store};
 use super::record::{Contents, Record};
 use super::{Kept, StoreError};
 

@@ -9,7 +9,7 @@ pub use control::Parameters;
 use control::protocol::radio::Source;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::halves::{Found, find, store};
+use super::ab_slots::{Found, find, store};
 use super::record::{Buffer, CRC, Contents, Record};
 use super::{Kept, StoreError};
 

@@ -27,8 +27,8 @@ type Chip = Flash<4096>;
 
 fn factory() -> Parameters {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml");
-    let robot = description::robot::Robot::load(&file).expect("robot.toml");
-    description::design::design(&robot).expect("a controller").parameters
+    let robot = robot_file::robot::Robot::load(&file).expect("robot.toml");
+    robot_file::design::design(&robot).expect("a controller").parameters
 }
 
 /// A valid set that differs from every other in every part.

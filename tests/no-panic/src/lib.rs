@@ -6,9 +6,9 @@
 
 use control::parameters::{SetError, table};
 use control::protocol::frame::{Deframer, FrameError, LONGEST, encode};
-use control::protocol::lockstep::{Cost, Meter, Reply, Request, Server, Target};
+use control::protocol::lockstep::{AnswerFrame, Cost, Meter, QuestionFrame, Server, Target};
 use control::protocol::secure::{
-    Caller, Ear, HELLO, Heard, Key, Nonce, Opened, Opener, Rejected, Sealer, notice,
+    Accepted, Caller, HELLO, Key, Nonce, Opened, Opener, Rejected, Sealer, SessionReceiver, notice,
 };
 use control::protocol::{dongle, pairing, radio};
 use control::{Actuation, Command, Controller, ParameterError, Parameters, Refusal, Sample, Telemetry};
@@ -59,7 +59,7 @@ pub extern "C" fn command(
     *answer = controller.command(*command, time_us);
 }
 
-/// Any sample.
+/// `Controller::tick` on an arbitrary sample.
 #[unsafe(no_mangle)]
 pub extern "C" fn tick(
     controller: &mut Controller,
@@ -95,7 +95,7 @@ pub extern "C" fn lockstep(
     byte: u8,
     reply: &mut [u8; LONGEST + 1],
 ) -> usize {
-    match deframer.push::<Request>(byte) {
+    match deframer.push::<QuestionFrame>(byte) {
         Some(Ok(request)) => encode(&server.serve(&request, deframer.bad()), reply).map_or(0, <[u8]>::len),
         _ => 0,
     }
@@ -103,7 +103,11 @@ pub extern "C" fn lockstep(
 
 /// The host's side of it.
 #[unsafe(no_mangle)]
-pub extern "C" fn lockstep_reply(deframer: &mut Deframer, byte: u8, reply: &mut Option<Result<Reply, FrameError>>) {
+pub extern "C" fn lockstep_reply(
+    deframer: &mut Deframer,
+    byte: u8,
+    reply: &mut Option<Result<AnswerFrame, FrameError>>,
+) {
     *reply = deframer.push(byte);
 }
 
@@ -126,31 +130,35 @@ pub extern "C" fn dongle_answer(answer: &dongle::FromDongle, frame: &mut [u8; LO
 /// Any frame on the air to a robot.
 #[unsafe(no_mangle)]
 pub extern "C" fn ear_hears(
-    ear: &mut Ear,
+    receiver: &mut SessionReceiver,
     frame: &[u8; radio::LONGEST],
     length: usize,
     nonce: &Nonce,
-    heard: &mut Option<Result<Heard<radio::ToRobot>, Rejected>>,
+    heard: &mut Option<Result<Accepted<radio::Downlink>, Rejected>>,
 ) {
-    *heard = frame.get(..length).map(|frame| ear.hear(frame, || *nonce));
+    *heard = frame.get(..length).map(|frame| receiver.accept(frame, || *nonce));
 }
 
 /// A robot's ear, and its voice in a session.
 #[unsafe(no_mangle)]
-pub extern "C" fn ear_and_voice(key: &Key, ear: &mut Ear, voice: &mut Sealer) {
-    *ear = Ear::new(key.clone());
+pub extern "C" fn session_receiver_and_sealer(key: &Key, receiver: &mut SessionReceiver, voice: &mut Sealer) {
+    *receiver = SessionReceiver::new(key.clone());
     *voice = Sealer::robot(key.clone());
 }
 
 /// Any message of the robot.
 #[unsafe(no_mangle)]
-pub extern "C" fn robot_tells(voice: &mut Sealer, told: &radio::Telling, frame: &mut [u8; radio::LONGEST]) -> usize {
+pub extern "C" fn robot_tells(voice: &mut Sealer, told: &radio::Uplink, frame: &mut [u8; radio::LONGEST]) -> usize {
     voice.seal(told, frame).map_or(0, |(frame, _)| frame.len())
 }
 
 /// Any order of the console.
 #[unsafe(no_mangle)]
-pub extern "C" fn console_orders(voice: &mut Sealer, order: &radio::ToRobot, frame: &mut [u8; radio::LONGEST]) -> usize {
+pub extern "C" fn console_downlink(
+    voice: &mut Sealer,
+    order: &radio::Downlink,
+    frame: &mut [u8; radio::LONGEST],
+) -> usize {
     voice.seal(order, frame).map_or(0, |(frame, _)| frame.len())
 }
 
@@ -158,7 +166,7 @@ pub extern "C" fn console_orders(voice: &mut Sealer, order: &radio::ToRobot, fra
 #[unsafe(no_mangle)]
 pub extern "C" fn console_orders_all(
     voice: &mut Sealer,
-    order: &radio::ToRobot,
+    order: &radio::Downlink,
     frame: &mut [u8; radio::LONGEST],
 ) -> usize {
     voice.seal_to_all(order, frame).map_or(0, |(frame, _)| frame.len())
@@ -194,7 +202,7 @@ pub extern "C" fn console_opens(
     opener: &mut Opener,
     frame: &[u8; radio::LONGEST],
     length: usize,
-    opened: &mut Option<Result<Opened<radio::Telling>, Rejected>>,
+    opened: &mut Option<Result<Opened<radio::Uplink>, Rejected>>,
 ) {
     *opened = frame.get(..length).map(|frame| opener.open(frame));
 }
@@ -204,14 +212,14 @@ pub extern "C" fn console_opens(
 pub extern "C" fn pairing_request(
     deframer: &mut Deframer,
     byte: u8,
-    request: &mut Option<Result<pairing::ToRobot, FrameError>>,
+    request: &mut Option<Result<pairing::PairingRequest, FrameError>>,
 ) {
     *request = deframer.push(byte);
 }
 
 /// Any answer to it.
 #[unsafe(no_mangle)]
-pub extern "C" fn pairing_answer(answer: &pairing::FromRobot, frame: &mut [u8; LONGEST + 1]) -> usize {
+pub extern "C" fn pairing_answer(answer: &pairing::PairingReply, frame: &mut [u8; LONGEST + 1]) -> usize {
     encode(answer, frame).map_or(0, <[u8]>::len)
 }
 
@@ -220,9 +228,9 @@ pub extern "C" fn pairing_answer(answer: &pairing::FromRobot, frame: &mut [u8; L
 pub extern "C" fn pairing_host(
     deframer: &mut Deframer,
     byte: u8,
-    request: &pairing::ToRobot,
+    request: &pairing::PairingRequest,
     frame: &mut [u8; LONGEST + 1],
-    answer: &mut Option<Result<pairing::FromRobot, FrameError>>,
+    answer: &mut Option<Result<pairing::PairingReply, FrameError>>,
 ) -> usize {
     *answer = deframer.push(byte);
     encode(request, frame).map_or(0, <[u8]>::len)
@@ -230,6 +238,6 @@ pub extern "C" fn pairing_host(
 
 /// A row of telemetry.
 #[unsafe(no_mangle)]
-pub extern "C" fn radio_row(code: &control::AdcCode, telemetry: &Telemetry, row: &mut radio::Row) {
-    *row = radio::Row::new(*code, telemetry);
+pub extern "C" fn radio_row(code: &control::AdcCode, telemetry: &Telemetry, row: &mut radio::PackedTick) {
+    *row = radio::PackedTick::new(*code, telemetry);
 }

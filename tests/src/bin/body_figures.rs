@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use system_tests::body::{Bench, CAMPAIGNS, SLOW, without_known};
+use system_tests::body::{CAMPAIGNS, PeerSetup, SLOW, without_known};
 use system_tests::row::{Campaign, Output, conclude};
 
 /// Measures the figures on the body, beside MuJoCo where it is there, and prints what is required beside what was measured.
@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     }
     let asked =
         |name: &str| arguments.only.is_empty() || arguments.only.iter().any(|part| name.contains(part.as_str()));
-    let bench = Bench::new(arguments.out);
+    let bench = PeerSetup::new(arguments.out);
     let (mut rows, mut ran) = (Vec::new(), 0);
     for (name, campaign) in CAMPAIGNS.iter().filter(|(name, _)| names.contains(name) && asked(name)) {
         let start = Instant::now();

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use system_tests::figures::CAMPAIGNS;
-use system_tests::figures::run::Bench;
+use system_tests::figures::run::DesignedRobot;
 use system_tests::row::{Campaign, Output, conclude};
 
 /// Runs the campaigns behind the figures on control and prints what is required beside what was measured.
@@ -30,7 +30,7 @@ fn main() -> ExitCode {
         eprintln!("no campaign `{}`: there are {}", arguments.only.unwrap_or_default(), names.join(", "));
         return ExitCode::from(2);
     }
-    let bench = Bench::new();
+    let bench = DesignedRobot::new();
     let mut rows = Vec::new();
     for (name, campaign) in CAMPAIGNS.iter().filter(|(name, _)| wanted(name)) {
         let start = Instant::now();

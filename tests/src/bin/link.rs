@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use system_tests::figures::run::Bench;
+use system_tests::figures::run::DesignedRobot;
 use system_tests::link::{CAMPAIGNS, Options};
 use system_tests::row::{Campaign, Output, conclude};
 
@@ -37,7 +37,7 @@ fn main() -> ExitCode {
         eprintln!("no campaign `{}`: there are {}", arguments.only.unwrap_or_default(), names.join(", "));
         return ExitCode::from(2);
     }
-    let bench = Bench::new();
+    let bench = DesignedRobot::new();
     let options = Options { runs: arguments.runs, seed: arguments.seed, fault: arguments.fault.clone() };
     let mut rows = Vec::new();
     for (name, campaign) in CAMPAIGNS.iter().filter(|(name, _)| wanted(name)) {

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use system_tests::figures::run::Bench;
+use system_tests::figures::run::DesignedRobot;
 use system_tests::row::{Campaign, Output, conclude};
 use system_tests::safety::{Options, rows};
 
@@ -30,5 +30,5 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let options = Options { runs: arguments.runs, seed: arguments.seed, only: arguments.only };
     let campaign = Campaign { section: "safety", command: "cargo safety-figures", size: ("runs", arguments.runs) };
-    conclude(&rows(&Bench::new(), &options), campaign, &arguments.output)
+    conclude(&rows(&DesignedRobot::new(), &options), campaign, &arguments.output)
 }

@@ -64,7 +64,7 @@ pub struct Case {
     pub effect: Option<Effect>,
     /// Its size, in the units of [`Shape::apply`].
     pub scale: f64,
-    /// The misfit over the floor that the seed wanted; not a number beside known effects, which the linear measure
+    /// The misfit over the floor that the seed wanted; NaN beside known effects, which the linear measure
     /// sees as well.
     pub target: f64,
     /// What the independent measure says of the finished data set.

@@ -1,6 +1,6 @@
 //! The rig's numbers: what the robot file says, and what the specimen on the bench really has.
 //!
-//! The robot file is read as plain TOML text, not through the `description` crate, so that a mistake there cannot
+//! The robot file is read as plain TOML text, not through the `robot_file` crate, so that a mistake there cannot
 //! hide on both sides of the test.
 
 use rand::RngExt;

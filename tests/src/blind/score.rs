@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
-use description::robot::Robot;
 use diagnose::{Cause, Diagnosis, Options, Verdict, diagnose};
 use recording::{Recording, load};
+use robot_file::robot::Robot;
 use serde_json::{Value, json};
 
 use super::case::{Case, Category};

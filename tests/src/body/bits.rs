@@ -3,17 +3,17 @@
 use hal_sim::body::{Ensemble, Precision, Settings, Snapshot};
 use serde_json::json;
 
-use super::Bench;
+use super::PeerSetup;
 use super::reference::{Condition, conditions, ensemble, speeds};
-use crate::row::Row;
+use crate::row::FigureRow;
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     [("f64", Precision::Double), ("f32", Precision::Single)].map(|(name, precision)| row(bench, name, precision)).into()
 }
 
-fn row(bench: &Bench, name: &str, precision: Precision) -> Row {
+fn row(bench: &PeerSetup, name: &str, precision: Precision) -> FigureRow {
     let settings = Settings { precision, ..Settings::default() };
     let all = conditions();
     let one = bits(&speeds(&bench.robot, &all, settings, 1));
@@ -21,7 +21,7 @@ fn row(bench: &Bench, name: &str, precision: Precision) -> Row {
     let threads = counts.into_iter().all(|count| bits(&speeds(&bench.robot, &all, settings, count)) == one);
     let clone = cloned(bench, &all, settings);
     let moves = one.iter().flatten().any(|bits| f64::from_bits(*bits).abs() > 1e-3);
-    Row::new(
+    FigureRow::new(
         &format!("speeds of a clone, and of 1, 2, 3, 5 and 24 threads, {name}"),
         "bit for bit the same",
         format!("threads: {}, clone: {}", word(threads), word(clone)),
@@ -39,7 +39,7 @@ fn bits(table: &[[f64; 3]]) -> Vec<[u64; 3]> {
 }
 
 /// Whether a clone that is made in mid-run and goes on in another thread does what the original does.
-fn cloned(bench: &Bench, all: &[Condition], settings: Settings) -> bool {
+fn cloned(bench: &PeerSetup, all: &[Condition], settings: Settings) -> bool {
     let (mut bodies, drives) = ensemble(&bench.robot, all, settings);
     bodies.advance(3000, &drives);
     let copy = bodies.clone();

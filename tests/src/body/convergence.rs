@@ -1,12 +1,12 @@
 //! The speeds on the ground against the limit of small steps.
 
-use description::Robot;
+use robot_file::Robot;
 use serde_json::json;
 
-use super::Bench;
-use super::judge::{percent, rms_over_largest, slope, worst};
+use super::PeerSetup;
+use super::error_measures::{percent, rms_over_largest, slope, worst};
 use super::reference::{at_step, conditions, speeds};
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// The step that is judged, s; the others are halves of halves of it.
 const STEP_S: f64 = 1e-4;
@@ -37,9 +37,9 @@ pub fn refined(robot: &Robot) -> Refined {
     Refined { tables, limit }
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let Refined { tables, limit } = refined(&bench.robot);
     let off: Vec<[f64; 3]> = tables.iter().map(|table| rms_over_largest(table, &limit)).collect();
     // Of the error's size over all three, at the steps that are well above the limit's own error.
@@ -51,14 +51,14 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
     let steps: Vec<String> = off[..judged].iter().map(|off| percent(*off)).collect();
     let numbers = json!({ "rms_over_largest": off, "order": order });
     vec![
-        Row::new(
+        FigureRow::new(
             "own 24 speeds at 1e-4 s against the limit of small steps: RMS over the largest, vx/vy/yaw",
             "2 %",
             percent(off[0]),
             worst(off[0]) <= 0.02,
             numbers,
         ),
-        Row::new(
+        FigureRow::new(
             "their order of convergence on the ground",
             "above 1",
             format!("{order:.2}, from 1e-4 s halved: {}", steps.join(", ")),

@@ -3,16 +3,16 @@
 //!
 //! The robot is symmetric, so frequencies of one sign say all.
 
-use description::Robot;
 use mjcf::Options;
+use robot_file::Robot;
 use serde_json::json;
 
-use super::Bench;
-use super::judge::{percent, rms_over_largest};
+use super::PeerSetup;
+use super::error_measures::{percent, rms_over_largest};
 use super::peer::{Peer, PeerError, not_compared};
 use super::reference::{ALPHAS_DEG, Condition, at_step, plan, speeds};
 use super::walking::{MOST, Printed, STEP_S};
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// What two roots may differ by in a program that leaves nothing out; MuJoCo's step alone makes 2 %.
 const ROOTS_MOST: f64 = 0.05;
@@ -45,7 +45,7 @@ impl Conditions {
     }
 
     /// Ours, in the order of MuJoCo's.
-    fn ours(self, bench: &Bench) -> Vec<[f64; 3]> {
+    fn ours(self, bench: &PeerSetup) -> Vec<[f64; 3]> {
         let of = |modules: &usize| speeds(&with_modules(&bench.robot, *modules), &self.list(), at_step(STEP_S), 2);
         self.modules.iter().flat_map(of).collect()
     }
@@ -53,7 +53,7 @@ impl Conditions {
     /// MuJoCo's speeds with the free joint on a module (from 0).
     fn simulated(
         self,
-        (bench, peer): (&Bench, &Peer),
+        (bench, peer): (&PeerSetup, &Peer),
         root: usize,
         script: &'static str,
         words: &[String],
@@ -84,7 +84,7 @@ fn with_modules(robot: &Robot, modules: usize) -> Robot {
 
 /// The row of the few conditions that are quick.
 #[must_use]
-pub fn quick_rows(bench: &Bench) -> Vec<Row> {
+pub fn quick_rows(bench: &PeerSetup) -> Vec<FigureRow> {
     vec![
         roots(bench, FEW, "MuJoCo's root module 1 against 2, α 60 and 90°, 7 Hz: with the velocity term, vx/vy/yaw"),
         ours(bench, HELD_OUT_FEW, HELD_OUT_FEW_WHAT),
@@ -93,7 +93,7 @@ pub fn quick_rows(bench: &Bench) -> Vec<Row> {
 
 /// The rows of all conditions.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     vec![
         roots(bench, ALL, "MuJoCo's root module 1 against 2, 12 speeds: with the velocity term, vx/vy/yaw"),
         ours(bench, ALL, FITTED_WHAT),
@@ -102,7 +102,7 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
 }
 
 /// MuJoCo against itself.
-fn roots(bench: &Bench, conditions: Conditions, what: &str) -> Row {
+fn roots(bench: &PeerSetup, conditions: Conditions, what: &str) -> FigureRow {
     let required = format!("{:.0} %", 100.0 * ROOTS_MOST);
     compared(bench, what, &required, |peer| {
         let off = |script, words: &[String]| -> Result<[f64; 3], PeerError> {
@@ -111,7 +111,7 @@ fn roots(bench: &Bench, conditions: Conditions, what: &str) -> Row {
         };
         let plain = off("speeds.py", &[format!("--step={STEP_S}")])?;
         let corrected = off("corrected.py", &["--velocity-term".into(), format!("--step={STEP_S}")])?;
-        Ok(Row::new(
+        Ok(FigureRow::new(
             what,
             &required,
             format!("{}; plain {}", percent(corrected), percent(plain)),
@@ -129,7 +129,7 @@ const HELD_OUT_FEW_WHAT: &str = "4 speeds that nothing was fitted to (3 and 5 mo
                                  with velocity term and Coulomb's friction, contacts of 1 ms";
 
 /// Ours against MuJoCo with Coulomb's friction.
-fn ours(bench: &Bench, conditions: Conditions, what: &str) -> Row {
+fn ours(bench: &PeerSetup, conditions: Conditions, what: &str) -> FigureRow {
     let required = "16/7/10 %";
     compared(bench, what, required, |peer| {
         let words = |more: &[String]| [&["--velocity-term".into(), "--coulomb".into()], more].concat();
@@ -140,7 +140,7 @@ fn ours(bench: &Bench, conditions: Conditions, what: &str) -> Row {
         let ours = conditions.ours(bench);
         let off = rms_over_largest(&ours, &stiff);
         let (of_time, of_lift) = (rms_over_largest(&usual, &stiff), rms_over_largest(&lifted, &usual));
-        Ok(Row::new(
+        Ok(FigureRow::new(
             what,
             required,
             format!(
@@ -156,7 +156,12 @@ fn ours(bench: &Bench, conditions: Conditions, what: &str) -> Row {
 }
 
 /// A row that needs MuJoCo.
-fn compared(bench: &Bench, what: &str, required: &str, row: impl Fn(&Peer) -> Result<Row, PeerError>) -> Row {
+fn compared(
+    bench: &PeerSetup,
+    what: &str,
+    required: &str,
+    row: impl Fn(&Peer) -> Result<FigureRow, PeerError>,
+) -> FigureRow {
     match &bench.peer {
         Err(why) => not_compared(what, required, why),
         Ok(peer) => row(peer).unwrap_or_else(|why| not_compared(what, required, &why)),
@@ -181,7 +186,7 @@ mod tests {
 
     #[test]
     fn the_fitted_robot_has_the_modules_that_are_said() {
-        let robot = Bench::new(std::env::temp_dir()).robot;
+        let robot = PeerSetup::new(std::env::temp_dir()).robot;
         let count = |robot: &Robot| plan(robot, 60.0).modules.len();
         assert_eq!(count(&robot), ALL.modules[0]);
         assert_eq!([3, 5].map(|modules| count(&with_modules(&robot, modules))), [3, 5]);

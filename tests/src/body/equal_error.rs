@@ -7,13 +7,13 @@ use hal_sim::body::{Ensemble, Precision, Settings};
 use serde::Deserialize;
 use serde_json::json;
 
-use super::Bench;
+use super::PeerSetup;
 use super::convergence::refined;
-use super::judge::{percent, rms_over_largest, worst};
+use super::error_measures::{percent, rms_over_largest, worst};
 use super::peer::{Peer, PeerError, not_compared};
 use super::reference::{FREQUENCIES_HZ, conditions, plan, speeds};
 use super::walking::models;
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Errors to be kept, each of vx, vy and yaw: RMS over the largest.
 const BOUNDS: [f64; 2] = [0.02, 0.05];
@@ -26,7 +26,7 @@ const REPEATS: usize = 5;
 
 /// A setting with what it costs and how wrong it is.
 #[derive(Clone, Debug, Deserialize)]
-struct Tried {
+struct TimedSetting {
     setting: String,
     wall_s: f64,
     error: [f64; 3],
@@ -35,19 +35,19 @@ struct Tried {
 /// What the script prints.
 #[derive(Deserialize)]
 struct Printed {
-    sweep: Vec<Tried>,
+    sweep: Vec<TimedSetting>,
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let ours = own(bench);
     let theirs = match bench.peer.as_ref().map(|peer| simulated(peer, bench)) {
         Ok(theirs) => theirs,
         Err(PeerError::Missing(path)) => Err(PeerError::Missing(path.clone())),
         Err(why) => Err(PeerError::Script { script: "timing.py", message: why.to_string() }),
     };
-    let mut rows: Vec<Row> = BOUNDS.iter().map(|bound| row(*bound, &ours, &theirs)).collect();
+    let mut rows: Vec<FigureRow> = BOUNDS.iter().map(|bound| row(*bound, &ours, &theirs)).collect();
     rows.push(beside("beside it: our settings", &ours));
     if let Ok(theirs) = theirs {
         rows.push(beside("beside it: MuJoCo's settings", &theirs));
@@ -55,7 +55,7 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
     rows
 }
 
-fn row(bound: f64, ours: &[Tried], theirs: &Result<Vec<Tried>, PeerError>) -> Row {
+fn row(bound: f64, ours: &[TimedSetting], theirs: &Result<Vec<TimedSetting>, PeerError>) -> FigureRow {
     let what =
         format!("24 conditions × 2 s within {} % of the own limit, cheapest settings, two threads", 100.0 * bound);
     let required = format!("{REQUIRED} times faster");
@@ -65,11 +65,11 @@ fn row(bound: f64, ours: &[Tried], theirs: &Result<Vec<Tried>, PeerError>) -> Ro
     };
     let (Some(ours), Some(theirs)) = (cheapest(ours, bound), cheapest(theirs, bound)) else {
         let measured = "no setting that was tried is that exact".into();
-        return Row::new(&what, &required, measured, false, json!(null));
+        return FigureRow::new(&what, &required, measured, false, json!(null));
     };
     let ratio = theirs.wall_s / ours.wall_s;
-    let text = |tried: &Tried| format!("{:.3} s ({}: {})", tried.wall_s, tried.setting, percent(tried.error));
-    Row::new(
+    let text = |tried: &TimedSetting| format!("{:.3} s ({}: {})", tried.wall_s, tried.setting, percent(tried.error));
+    FigureRow::new(
         &what,
         &required,
         format!("{ratio:.1} times: {} to MuJoCo's {}", text(ours), text(theirs)),
@@ -78,18 +78,18 @@ fn row(bound: f64, ours: &[Tried], theirs: &Result<Vec<Tried>, PeerError>) -> Ro
     )
 }
 
-fn cheapest(tried: &[Tried], bound: f64) -> Option<&Tried> {
+fn cheapest(tried: &[TimedSetting], bound: f64) -> Option<&TimedSetting> {
     tried.iter().filter(|tried| worst(tried.error) <= bound).min_by(|a, b| a.wall_s.total_cmp(&b.wall_s))
 }
 
-fn beside(what: &str, tried: &[Tried]) -> Row {
+fn beside(what: &str, tried: &[TimedSetting]) -> FigureRow {
     let text: Vec<String> =
         tried.iter().map(|t| format!("{}: {} in {:.3} s", t.setting, percent(t.error), t.wall_s)).collect();
     let numbers: Vec<_> = tried.iter().map(|t| json!([t.setting, t.wall_s, t.error])).collect();
-    Row::beside(what, text.join("\n"), json!(numbers))
+    FigureRow::beside(what, text.join("\n"), json!(numbers))
 }
 
-fn own(bench: &Bench) -> Vec<Tried> {
+fn own(bench: &PeerSetup) -> Vec<TimedSetting> {
     let limit = refined(&bench.robot).limit;
     let settings = STEPS_S.into_iter().flat_map(|step_s| {
         [("f64", Precision::Double), ("f32", Precision::Single)]
@@ -104,14 +104,14 @@ fn own(bench: &Bench) -> Vec<Tried> {
             walls.push(start.elapsed().as_secs_f64());
         }
         walls.sort_by(f64::total_cmp);
-        Tried { setting, wall_s: walls[REPEATS / 2], error: rms_over_largest(&reached, &limit) }
+        TimedSetting { setting, wall_s: walls[REPEATS / 2], error: rms_over_largest(&reached, &limit) }
     };
     // A step that the feet's stiffness forbids is no setting.
     let carried = |settings: Settings| Ensemble::new(&[plan(&bench.robot, 0.0)], settings).is_ok();
     settings.filter(|(_, settings)| carried(*settings)).map(tried).collect()
 }
 
-fn simulated(peer: &Peer, bench: &Bench) -> Result<Vec<Tried>, PeerError> {
+fn simulated(peer: &Peer, bench: &PeerSetup) -> Result<Vec<TimedSetting>, PeerError> {
     let cache = bench.out.join("mujoco-converged");
     let words = ["sweep".into(), Peer::frequencies(&FREQUENCIES_HZ), format!("--cache={}", cache.display())];
     peer.run("timing.py", &words, &models(peer, &bench.robot)).map(|printed: Printed| printed.sweep)

@@ -1,15 +1,15 @@
 //! The highest frequency at which the motor turns the eccentric of a robot that walks.
 
 use control::Actuation;
-use description::Robot;
 use hal_sim::Settings;
 use hal_sim::body::plan::PlanError;
 use hal_sim::body::{Precision, Walker, WalkingRobots};
+use robot_file::Robot;
 use serde_json::json;
 
-use super::Bench;
+use super::PeerSetup;
 use super::reference::{ALPHAS_DEG, plan};
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Thesis section 5.1: experiments at up to 8 Hz; "its maximum stable frequency is around 9 Hz".
 const BOUNDS_HZ: [f64; 2] = [8.0, 9.5];
@@ -18,9 +18,9 @@ const WARM_UP_S: f64 = 2.0;
 /// What is averaged over, s.
 const MEAN_S: f64 = 2.0;
 
-/// The row.
+/// Runs the campaign; the table has one row.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let what = "highest frequency on the ground, at full voltage, α = 0, 60, 90, 120°, both ways round";
     let required = format!("{}–{} Hz: 8 is held, about 9 is the thesis's highest", BOUNDS_HZ[0], BOUNDS_HZ[1]);
     let (measured, holds, numbers) = match frequencies(&bench.robot) {
@@ -32,7 +32,7 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
         }
         Err(why) => (why.to_string(), false, json!(null)),
     };
-    vec![Row::new(what, &required, measured, holds, numbers)]
+    vec![FigureRow::new(what, &required, measured, holds, numbers)]
 }
 
 /// Mean frequency of each angle, counter-clockwise and clockwise, Hz, positive.

@@ -6,9 +6,9 @@ use std::process::Command;
 
 use serde_json::json;
 
-use super::Bench;
+use super::PeerSetup;
 use super::peer::root;
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Runs of each build, in turns; the fastest counts.
 const REPEATS: usize = 7;
@@ -17,13 +17,13 @@ const SLOWER: f64 = 0.1;
 /// What the example times, in the order that it prints.
 const CASES: [&str; 3] = ["one robot, f64", "a batch of 24, f64", "a batch of 24, f32"];
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     match (built(&bench.out, "default", ""), built(&bench.out, "native", "-Ctarget-cpu=native")) {
         (Ok(usual), Ok(native)) => compared(&usual, &native),
         (Err(message), _) | (_, Err(message)) => {
-            vec![Row::new(WHAT, REQUIRED, message, false, json!(null))]
+            vec![FigureRow::new(WHAT, REQUIRED, message, false, json!(null))]
         }
     }
 }
@@ -31,7 +31,7 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
 const WHAT: &str = "steps per second when built for the default instruction set, over built for this machine's";
 const REQUIRED: &str = "0.9 or more";
 
-fn compared(usual: &Path, native: &Path) -> Vec<Row> {
+fn compared(usual: &Path, native: &Path) -> Vec<FigureRow> {
     let mut best = [[0.0_f64; 3]; 2];
     for _ in 0..REPEATS {
         for (best, program) in best.iter_mut().zip([usual, native]) {
@@ -42,7 +42,7 @@ fn compared(usual: &Path, native: &Path) -> Vec<Row> {
     }
     let row = |case: usize| {
         let ratio = best[0][case] / best[1][case];
-        Row::new(
+        FigureRow::new(
             &format!("{WHAT}: {}", CASES[case]),
             REQUIRED,
             format!("{ratio:.3}: {:.0} to {:.0}", best[0][case], best[1][case]),

@@ -5,9 +5,9 @@ pub mod bits;
 pub mod convergence;
 pub mod corrected;
 pub mod equal_error;
+pub mod error_measures;
 pub mod highest;
 pub mod instructions;
-pub mod judge;
 pub mod mirror;
 pub mod oscillation;
 pub mod paths;
@@ -21,15 +21,15 @@ pub mod walking;
 
 use std::path::PathBuf;
 
-use description::Robot;
+use robot_file::Robot;
 
-pub use crate::row::Row;
+pub use crate::row::FigureRow;
 use peer::{Peer, PeerError};
 
-/// What the campaigns run on.
+/// Robot, MuJoCo and output directory of the body's campaigns.
 #[derive(Debug)]
-pub struct Bench {
-    /// The default robot.
+pub struct PeerSetup {
+    /// Robot of `robot.toml`.
     pub robot: Robot,
     /// MuJoCo, or why it is not there.
     pub peer: Result<Peer, PeerError>,
@@ -37,7 +37,7 @@ pub struct Bench {
     pub out: PathBuf,
 }
 
-impl Bench {
+impl PeerSetup {
     /// The project's `robot.toml`.
     ///
     /// # Panics
@@ -60,17 +60,21 @@ pub const KNOWN_TO_MISS: [&str; 1] = [walking::DIFFERENCE];
 
 /// A row as `--quick` has it.
 #[must_use]
-pub fn without_known(row: Row) -> Row {
+pub fn without_known(row: FigureRow) -> FigureRow {
     if row.holds != Some(false) || !KNOWN_TO_MISS.contains(&row.what.as_str()) {
         return row;
     }
-    Row { measured: format!("{}. Known not to hold, and not judged by --quick", row.measured), holds: None, ..row }
+    FigureRow {
+        measured: format!("{}. Known not to hold, and not judged by --quick", row.measured),
+        holds: None,
+        ..row
+    }
 }
 
 /// One campaign: its name, and what makes its rows.
-pub type Campaign = (&'static str, fn(&Bench) -> Vec<Row>);
+pub type Campaign = (&'static str, fn(&PeerSetup) -> Vec<FigureRow>);
 
-/// Every campaign.
+/// Every campaign with its name for `--only`.
 pub const CAMPAIGNS: [Campaign; 14] = [
     ("oscillation", oscillation::rows),
     ("paths", paths::rows),
@@ -96,7 +100,8 @@ mod tests {
 
     #[test]
     fn quick_excuses_what_is_known_to_miss_and_nothing_else() {
-        let holds = |what: &str, holds| without_known(Row::new(what, "2 %", "3 %".into(), holds, json!(null))).holds;
+        let holds =
+            |what: &str, holds| without_known(FigureRow::new(what, "2 %", "3 %".into(), holds, json!(null))).holds;
         assert_eq!(holds(KNOWN_TO_MISS[0], false), None);
         assert_eq!(holds(KNOWN_TO_MISS[0], true), Some(true), "good news is told");
         assert_eq!(holds("another", false), Some(false));

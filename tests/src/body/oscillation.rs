@@ -6,10 +6,10 @@ use mjcf::Options;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::Bench;
+use super::PeerSetup;
 use super::peer::{Peer, PeerError, not_compared};
 use super::reference::{at_step, pair};
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// The axes with the angle of each hinge at the start, rad.
 const AXES: [(&str, f64); 3] = [("x", 0.02), ("y", 0.01), ("z", 0.01)];
@@ -37,13 +37,13 @@ struct Printed {
     angle: Vec<f64>,
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     AXES.iter().enumerate().map(|(axis, (name, angle))| row(bench, axis, name, *angle)).collect()
 }
 
-fn row(bench: &Bench, axis: usize, name: &str, angle: f64) -> Row {
+fn row(bench: &PeerSetup, axis: usize, name: &str, angle: f64) -> FigureRow {
     let what = format!("free oscillation about {name} at {STEP_S} s against MuJoCo at {FINE_S} s");
     let required = "frequency 0.2 %, decrement 2 %";
     let plan = clamped(bench);
@@ -58,7 +58,7 @@ fn row(bench: &Bench, axis: usize, name: &str, angle: f64) -> Row {
     let off = |a: f64, b: f64| a / b - 1.0;
     let frequency = off(ours.frequency_hz, theirs.frequency_hz);
     let decrement = off(ours.decrement, theirs.decrement);
-    Row::new(
+    FigureRow::new(
         &what,
         required,
         format!(
@@ -76,7 +76,7 @@ fn row(bench: &Bench, axis: usize, name: &str, angle: f64) -> Row {
     )
 }
 
-fn clamped(bench: &Bench) -> Plan {
+fn clamped(bench: &PeerSetup) -> Plan {
     Plan { clamped: Some(0), eccentric: None, contact: None, gravity: [0.0; 3], ..pair(&bench.robot, 0.0) }
 }
 

@@ -9,10 +9,10 @@ use mjcf::Options;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::Bench;
+use super::PeerSetup;
 use super::peer::{Peer, PeerError, not_compared};
 use super::reference::{ALPHAS_DEG, Condition, FREQUENCIES_HZ, at_step, conditions, pair};
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Our step, s.
 const STEP_S: f64 = 1e-4;
@@ -32,9 +32,9 @@ struct Printed {
     paths: Vec<Path>,
 }
 
-/// The row.
+/// Runs the campaign; the table has one row.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let what = "foot path, two modules, rear one clamped, no contact, prescribed rotor, against MuJoCo's limit of small steps: \
                 worst of ±6–8 Hz × α 0–120°";
     let required = "1 % RMS of its size";
@@ -49,7 +49,7 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
     let off: Vec<f64> = conditions.iter().zip(&theirs).map(|(at, path)| difference(&run(bench, *at), path)).collect();
     let worst = off.iter().copied().fold(0.0, f64::max);
     let at = off.iter().position(|share| *share == worst).map_or(conditions[0], |index| conditions[index]);
-    vec![Row::new(
+    vec![FigureRow::new(
         what,
         required,
         format!(
@@ -63,11 +63,11 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
     )]
 }
 
-fn clamped(bench: &Bench, alpha_deg: f64) -> Plan {
+fn clamped(bench: &PeerSetup, alpha_deg: f64) -> Plan {
     Plan { clamped: Some(1), contact: None, ..pair(&bench.robot, alpha_deg) }
 }
 
-fn simulated(peer: &Peer, bench: &Bench) -> Result<Vec<Path>, PeerError> {
+fn simulated(peer: &Peer, bench: &PeerSetup) -> Result<Vec<Path>, PeerError> {
     let export = |alpha: &f64| peer.export(&format!("bench{alpha}"), &clamped(bench, *alpha), &Options::default());
     let models: Vec<PathBuf> = ALPHAS_DEG.iter().map(export).collect();
     let at = |step_s: f64| {
@@ -90,7 +90,7 @@ fn extrapolated(coarse: &[[f64; 3]], fine: &[[f64; 3]]) -> Path {
     coarse.iter().zip(fine).map(|(a, b)| [0, 1, 2].map(|axis| 2.0 * b[axis] - a[axis])).collect()
 }
 
-fn run(bench: &Bench, at: Condition) -> Path {
+fn run(bench: &PeerSetup, at: Condition) -> Path {
     let made = Ensemble::new(&[clamped(bench, at.alpha_deg)], at_step(STEP_S));
     let mut body = made.unwrap_or_else(|error| panic!("{error}"));
     let drive = [Drive::Phase { speed: TAU * at.frequency_hz }];

@@ -10,9 +10,9 @@ use serde::de::DeserializeOwned;
 use serde_json::json;
 use tempfile::TempDir;
 
-use workbench::peers;
+use testbed::peers;
 
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Names a Python that has MuJoCo, instead of the environment's.
 const PYTHON: &str = "SCRAM_MUJOCO_PYTHON";
@@ -33,9 +33,9 @@ pub enum PeerError {
     /// A script ended badly.
     #[error("{script}: {message}")]
     Script {
-        /// Which.
+        /// Name of the script.
         script: &'static str,
-        /// What it said.
+        /// Message of the script.
         message: String,
     },
 }
@@ -110,9 +110,9 @@ impl Peer {
 /// The row of a comparison that could not be made: visibly skipped where there is no MuJoCo, unless `SCRAM_ALL_PEERS` is 1,
 /// and a failure where it fails.
 #[must_use]
-pub fn not_compared(what: &str, required: &str, why: &PeerError) -> Row {
+pub fn not_compared(what: &str, required: &str, why: &PeerError) -> FigureRow {
     let (measured, holds) = excused(why, peers::all_wanted());
-    Row { what: what.into(), required: required.into(), measured, holds, numbers: json!(null) }
+    FigureRow { what: what.into(), required: required.into(), measured, holds, numbers: json!(null) }
 }
 
 /// What is said of a comparison that could not be made, and whether its row fails.

@@ -5,11 +5,11 @@ use mjcf::Options;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::Bench;
+use super::PeerSetup;
 use super::peer::{Peer, PeerError, not_compared};
 use super::reference::{Condition, conditions, ensemble, plan};
 use super::stopwatch::Stopwatch;
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Of a run, s of the robot.
 const LENGTH_S: f64 = 2.0;
@@ -36,9 +36,9 @@ struct Timed {
     steps_per_s: f64,
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let mut ours = CASES.map(|case| times(bench, case));
     let theirs = match bench.peer.as_ref().map(|peer| simulated(peer, bench)) {
         Ok(theirs) => theirs,
@@ -52,16 +52,16 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
         rates.sort_by(f64::total_cmp);
         rates[rates.len() / 2]
     });
-    let mut rows: Vec<Row> = CASES.iter().zip(rates).map(|(case, rate)| row(case, rate, &theirs)).collect();
+    let mut rows: Vec<FigureRow> = CASES.iter().zip(rates).map(|(case, rate)| row(case, rate, &theirs)).collect();
     if let Ok(theirs) = theirs {
         let text: Vec<_> = theirs.iter().map(|timed| format!("{}: {:.0}", timed.setting, timed.steps_per_s)).collect();
         let numbers: Vec<_> = theirs.iter().map(|timed| json!([timed.setting, timed.steps_per_s])).collect();
-        rows.push(Row::beside("beside it: MuJoCo's settings, steps per second", text.join("; "), json!(numbers)));
+        rows.push(FigureRow::beside("beside it: MuJoCo's settings, steps per second", text.join("; "), json!(numbers)));
     }
     rows
 }
 
-fn row(case: &(&str, bool, Precision, f64), rate: f64, theirs: &Result<Vec<Timed>, PeerError>) -> Row {
+fn row(case: &(&str, bool, Precision, f64), rate: f64, theirs: &Result<Vec<Timed>, PeerError>) -> FigureRow {
     let (name, _, _, ratio) = case;
     let what =
         format!("steps per second at 1e-4 s, 97 degrees of freedom on the ground: {name}, against MuJoCo's fastest");
@@ -71,7 +71,7 @@ fn row(case: &(&str, bool, Precision, f64), rate: f64, theirs: &Result<Vec<Timed
         Err(why) => return not_compared(&what, &required, why),
     };
     let reached = rate / theirs;
-    Row::new(
+    FigureRow::new(
         &what,
         &required,
         format!("{reached:.1} times: {rate:.0} to {theirs:.0} (processor time, medians)"),
@@ -80,14 +80,14 @@ fn row(case: &(&str, bool, Precision, f64), rate: f64, theirs: &Result<Vec<Timed
     )
 }
 
-fn simulated(peer: &Peer, bench: &Bench) -> Result<Vec<Timed>, PeerError> {
+fn simulated(peer: &Peer, bench: &PeerSetup) -> Result<Vec<Timed>, PeerError> {
     let model = peer.export("timed", &plan(&bench.robot, ALONE.alpha_deg), &Options::default());
     let words = ["single".into(), format!("--frequency={}", ALONE.frequency_hz), "--repeats=5".into()];
     peer.run("timing.py", &words, &[model]).map(|printed: Printed| printed.single)
 }
 
 /// Steps of a body per second of processor time, of each repeat.
-fn times(bench: &Bench, (_, batch, precision, _): (&str, bool, Precision, f64)) -> Vec<f64> {
+fn times(bench: &PeerSetup, (_, batch, precision, _): (&str, bool, Precision, f64)) -> Vec<f64> {
     let settings = Settings { precision, ..Settings::default() };
     let which = if batch { conditions() } else { vec![ALONE] };
     let steps = (LENGTH_S / settings.step_s).round() as usize;

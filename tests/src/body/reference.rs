@@ -4,9 +4,9 @@
 
 use std::f64::consts::TAU;
 
-use description::Robot;
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings, Speeds, Track};
 use rayon::prelude::*;
+use robot_file::Robot;
 
 /// The thesis's backbone angles, degrees.
 pub const ALPHAS_DEG: [f64; 4] = [0.0, 60.0, 90.0, 120.0];

@@ -1,15 +1,15 @@
 //! What a step costs against the number of modules.
 
-use description::Robot;
 use hal_sim::body::{Ensemble, Plan, Settings};
 use plot::report::svg::{COLOURS, Chart, STYLE};
+use robot_file::Robot;
 use serde_json::json;
 
-use super::Bench;
-use super::judge::slope;
+use super::PeerSetup;
+use super::error_measures::slope;
 use super::reference::{plan, servo};
 use super::stopwatch::Stopwatch;
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Numbers of modules.
 const MODULES: [usize; 9] = [2, 3, 4, 6, 8, 12, 16, 24, 32];
@@ -22,9 +22,9 @@ const EXPONENT: f64 = 1.1;
 /// The plot.
 pub const FILE: &str = "cost-against-modules.svg";
 
-/// The row.
+/// Runs the campaign; the table has one row.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let cost: Vec<(f64, f64)> = MODULES.iter().map(|&n| (n as f64, cost_us(&bench.robot, n))).collect();
     let (per_module, fixed) = line(&cost);
     let off_line = cost.iter().map(|(n, us)| (us / (fixed + per_module * n) - 1.0).abs()).fold(0.0, f64::max);
@@ -35,7 +35,7 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
     let svg = picture(&cost, per_module, fixed);
     let written = std::fs::create_dir_all(&bench.out).and_then(|()| std::fs::write(&path, svg));
     let told = written.map_or_else(|error| error.to_string(), |()| path.display().to_string());
-    vec![Row::new(
+    vec![FigureRow::new(
         "cost of a step against the number of modules, 2 … 32, one robot",
         "linear: exponent over the degrees of freedom up to 1.1",
         format!(

@@ -2,24 +2,24 @@
 
 use std::time::Instant;
 
-use description::edit::Document;
 use hal_sim::body::Precision;
 use plot::figures;
+use robot_file::edit::Document;
 use serde_json::json;
-use sweep::{Campaign, Design, DriveKind, RunSettings, SweepError, Target, Workshop};
+use sweep::{Campaign, Design, DriveKind, RunSettings, SweepError, Target, VariantBuilder};
 
-use super::Bench;
+use super::PeerSetup;
 use super::peer::root;
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// How long it may take, s.
 const MOST_S: f64 = 5.0;
 /// On so many cores.
 const THREADS: usize = 2;
 
-/// The row.
+/// Runs the campaign; the table has one row.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let what = "the default `scram sweep --sensitivity` (24 conditions × 3 seeds × 2 s, twice), two threads, wall time";
     let start = Instant::now();
     let done = swept(bench);
@@ -28,15 +28,15 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
         Ok(runs) => (format!("{wall_s:.2} s for {runs} runs"), wall_s <= MOST_S && runs == 144),
         Err(why) => (why, false),
     };
-    vec![Row::new(what, "5 s", measured, holds, json!({ "wall_s": wall_s }))]
+    vec![FigureRow::new(what, "5 s", measured, holds, json!({ "wall_s": wall_s }))]
 }
 
 /// How many runs have speeds.
-fn swept(bench: &Bench) -> Result<usize, String> {
+fn swept(bench: &PeerSetup) -> Result<usize, String> {
     let told = |error: SweepError| error.to_string();
     let file = root().join("robot.toml");
     let document = Document::load(&file).map_err(|error| error.to_string())?;
-    let workshop = Workshop::new(document, bench.robot.clone()).map_err(|error| error.to_string())?;
+    let workshop = VariantBuilder::new(document, bench.robot.clone()).map_err(|error| error.to_string())?;
     let mut axes = Design::thesis();
     axes.push(Design::friction_axis());
     let settings = RunSettings { drive: DriveKind::Motor, seconds: 2.0, step_s: 1e-4, precision: Precision::Double };

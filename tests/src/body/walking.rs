@@ -3,16 +3,16 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use description::Robot;
 use mjcf::Options;
+use robot_file::Robot;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::Bench;
-use super::judge::{largest, percent, rms_over_largest, same_signs};
+use super::PeerSetup;
+use super::error_measures::{largest, percent, rms_over_largest, same_signs};
 use super::peer::{Peer, PeerError, not_compared};
 use super::reference::{ALPHAS_DEG, FREQUENCIES_HZ, at_step, conditions, plan, speeds};
-use crate::row::Row;
+use crate::row::FigureRow;
 
 /// Both steps, s.
 pub(super) const STEP_S: f64 = 1e-4;
@@ -32,9 +32,9 @@ pub(super) struct Printed {
     pub speeds: Vec<[f64; 3]>,
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench) -> Vec<Row> {
+pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let whats = [
         "24 speeds on the ground against MuJoCo (root module 2, elliptic): signs, where above 15 % of the largest",
         DIFFERENCE,
@@ -55,8 +55,8 @@ pub fn rows(bench: &Bench) -> Vec<Row> {
     let [x, y, yaw] = largest(&theirs);
     let numbers = json!({ "ours": ours, "mujoco": theirs });
     vec![
-        Row::new(whats[0], required[0], format!("{signs} of {}; {told}", theirs.len()), signs >= 22, numbers),
-        Row::new(
+        FigureRow::new(whats[0], required[0], format!("{signs} of {}; {told}", theirs.len()), signs >= 22, numbers),
+        FigureRow::new(
             whats[1],
             required[1],
             format!(

@@ -1,13 +1,13 @@
 //! A calibrated sensor: one run at constant voltage, `scram identify potentiometer`, and the same robot again.
 
-use description::design::design;
-use description::robot::{Correction, Robot, Sensor};
 use hal_sim::{Settings, SimulatedRobot};
+use robot_file::design::design;
+use robot_file::robot::{Correction, Robot, Sensor};
 use serde_json::json;
-use simulation::{Metrics, Order, recording};
+use simulation::{DriveCommand, Metrics, recording};
 
-use super::Row;
-use super::run::{Bench, for_seeds, frequency_error, plan, pooled, run, trace, worst};
+use super::FigureRow;
+use super::run::{DesignedRobot, for_seeds, frequency_error, plan, pooled, run, trace, worst};
 
 /// Length of the calibration run, s.
 const CALIBRATION_S: f64 = 2.5;
@@ -25,9 +25,13 @@ struct Calibrated {
 }
 
 /// Calibrates a specimen from one run: the file with its correction; `None` where it cannot be identified.
-pub fn calibrate(bench: &Bench, seed: u64) -> Option<(Robot, Correction)> {
-    let run =
-        trace(&bench.robot, &bench.parameters, seed, &plan(Order::Duty { duty: CALIBRATION_DUTY }, CALIBRATION_S));
+pub fn calibrate(bench: &DesignedRobot, seed: u64) -> Option<(Robot, Correction)> {
+    let run = trace(
+        &bench.robot,
+        &bench.parameters,
+        seed,
+        &plan(DriveCommand::Duty { duty: CALIBRATION_DUTY }, CALIBRATION_S),
+    );
     let fit = diagnose::identify::potentiometer(&bench.robot, &recording(&run, &bench.robot)).ok()?;
     let correction = fit.correction;
     let mut robot = bench.robot.clone();
@@ -40,7 +44,7 @@ pub fn calibrate(bench: &Bench, seed: u64) -> Option<(Robot, Correction)> {
 /// What the controller's map makes of the codes that a specimen gives without noise, spikes and jitter (but with its
 /// linearity error and its converter's nonlinearity), against the wiper's true angle, outside the correction's arc: RMS
 /// and RMS about the mean, degrees; and the RMS of the same for the uncorrected map.
-fn left_over(bench: &Bench, calibrated: &Robot, seed: u64) -> Option<(f64, f64, f64)> {
+fn left_over(bench: &DesignedRobot, calibrated: &Robot, seed: u64) -> Option<(f64, f64, f64)> {
     let mut quiet = bench.robot.clone();
     let Sensor::Potentiometer(potentiometer) = &mut quiet.sensor else { return None };
     let half_play = 0.5 * potentiometer.hysteresis_deg.value.to_radians();
@@ -68,19 +72,20 @@ fn left_over(bench: &Bench, calibrated: &Robot, seed: u64) -> Option<(f64, f64, 
     Some((rms(0.0, &errors), rms(mean, &errors), rms(0.0, &before)))
 }
 
-fn one(bench: &Bench, seed: u64) -> Option<Calibrated> {
+fn one(bench: &DesignedRobot, seed: u64) -> Option<Calibrated> {
     let (robot, _) = calibrate(bench, seed)?;
     let parameters = design(&robot).ok()?.parameters;
     let (left_deg, left_shape_deg, before_deg) = left_over(bench, &robot, seed)?;
     // The world is the specimen as it was: only the controller knows the correction.
-    let runs =
-        super::speed::FREQUENCIES_HZ.map(|hz| run(&bench.robot, &parameters, seed, Order::Freq { hz }, 2.0)).to_vec();
+    let runs = super::speed::FREQUENCIES_HZ
+        .map(|hz| run(&bench.robot, &parameters, seed, DriveCommand::Freq { hz }, 2.0))
+        .to_vec();
     Some(Calibrated { left_deg, left_shape_deg, before_deg, runs })
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     let all = for_seeds(seeds, |seed| one(bench, seed));
     let failed = all.iter().filter(|one| one.is_none()).count();
     let done: Vec<_> = all.into_iter().flatten().collect();
@@ -95,7 +100,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
     let before = pooled(done.iter().map(|one| Some(one.before_deg)));
     let (count, tried) = (runs.len(), seeds);
     vec![
-        Row::new(
+        FigureRow::new(
             "identify potentiometer on one 2.5 s run: what it leaves of ±3°",
             "0.1°",
             format!(
@@ -106,7 +111,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
             shape <= 0.1 && failed == 0,
             json!({ "left_deg": left, "left_about_mean_deg": shape, "before_deg": before, "failed": failed }),
         ),
-        Row::new(
+        FigureRow::new(
             "estimate against truth, RMS outside / inside the blind arc, calibrated",
             "0.3° / 0.3°",
             format!(
@@ -116,7 +121,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
             outside <= 0.3 && inside <= 0.3 && failed == 0,
             json!({ "outside_deg": outside, "inside_deg": inside, "frequency_worst": frequency }),
         ),
-        Row::new(
+        FigureRow::new(
             "instantaneous speed within 2 %, and staying, calibrated",
             "in 0.4 s",
             format!("worst {instantaneous:.3} s, {late} of {count} late"),

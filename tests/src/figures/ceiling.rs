@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use description::design;
+use robot_file::design;
 use serde_json::json;
-use simulation::Order;
+use simulation::DriveCommand;
 
-use super::Row;
-use super::run::{Bench, for_seeds, frequency_error, run, worst};
+use super::FigureRow;
+use super::run::{DesignedRobot, for_seeds, frequency_error, run, worst};
 
 /// Steps of the search, as a share of the ceiling.
 const STEP: f64 = 0.0025;
@@ -16,9 +16,9 @@ const FROM: f64 = 0.97;
 /// … to here.
 const TO: f64 = 1.01;
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     let ceiling_hz = design::ceiling(&bench.robot) / TAU;
     let seeds = (seeds / 5).max(1);
     let steps = ((TO - FROM) / STEP).round() as usize;
@@ -28,7 +28,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
         let hz = ceiling_hz * (FROM + STEP * step as f64);
         let one = |seed: u64| {
             let sign = if seed.is_multiple_of(2) { 1.0 } else { -1.0 };
-            frequency_error(&run(&bench.robot, &bench.parameters, seed, Order::Freq { hz: sign * hz }, 3.0))
+            frequency_error(&run(&bench.robot, &bench.parameters, seed, DriveCommand::Freq { hz: sign * hz }, 3.0))
         };
         let error = worst(for_seeds(seeds, one));
         if error > 1e-3 {
@@ -38,7 +38,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
         held_hz = hz;
     }
     let share = held_hz / ceiling_hz;
-    vec![Row::new(
+    vec![FigureRow::new(
         "highest frequency that the shaft holds, nothing but the eccentric on it (within 0.1 % in every run)",
         "99 % of the supply's ceiling",
         format!(

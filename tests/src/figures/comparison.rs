@@ -3,24 +3,24 @@
 use control::parameters::{AngleSource, BlindArcHandling, SpeedLaw};
 use control::{Parameters, Stroke};
 use serde_json::json;
-use simulation::{Metrics, Order};
+use simulation::{DriveCommand, Metrics};
 
-use super::Row;
+use super::FigureRow;
 use super::oscillation::{SECONDS, Turning};
-use super::run::{Bench, for_seeds, frequency_error, holds_frequency, median, pooled, run, swing, worst};
+use super::run::{DesignedRobot, for_seeds, frequency_error, holds_frequency, median, pooled, run, swing, worst};
 use super::speed::FREQUENCIES_HZ;
 
-fn swings(bench: &Bench, parameters: &Parameters, style: Stroke, seeds: u64) -> Turning {
+fn swings(bench: &DesignedRobot, parameters: &Parameters, style: Stroke, seeds: u64) -> Turning {
     Turning::of(&for_seeds(seeds, |seed| run(&bench.robot, parameters, seed, swing(style), SECONDS)))
 }
 
-fn holds(bench: &Bench, parameters: &Parameters, seeds: u64) -> Vec<Metrics> {
-    let one = |seed| FREQUENCIES_HZ.map(|hz| run(&bench.robot, parameters, seed, Order::Freq { hz }, 2.0));
+fn holds(bench: &DesignedRobot, parameters: &Parameters, seeds: u64) -> Vec<Metrics> {
+    let one = |seed| FREQUENCIES_HZ.map(|hz| run(&bench.robot, parameters, seed, DriveCommand::Freq { hz }, 2.0));
     for_seeds(seeds, one).into_iter().flatten().collect()
 }
 
 /// Mean frequency, settling and estimate in words and numbers.
-fn speed_row(what: &str, ours: &[Metrics], theirs: &[Metrics]) -> Row {
+fn speed_row(what: &str, ours: &[Metrics], theirs: &[Metrics]) -> FigureRow {
     let missed = |runs: &[Metrics]| runs.iter().filter(|m| !holds_frequency(m)).count();
     let error = |runs: &[Metrics]| worst(runs.iter().map(frequency_error));
     let settling = |runs: &[Metrics]| median(runs.iter().map(|m| m.settling_s.unwrap_or(f64::INFINITY)));
@@ -30,7 +30,7 @@ fn speed_row(what: &str, ours: &[Metrics], theirs: &[Metrics]) -> Row {
         pooled(seen.iter().map(|m| m.estimate_rms_blind_deg))
     };
     let faults = |runs: &[Metrics]| runs.iter().filter(|m| !m.faults.is_empty()).count();
-    Row::beside(
+    FigureRow::beside(
         what,
         format!(
             "missed {} of {} ({} faults, worst {:.3} %; ours {}, {:.3} %), settling median {:.2} s ({:.2} s), estimate {:.2}° ({:.2}°, {:.1} times)",
@@ -54,19 +54,19 @@ fn speed_row(what: &str, ours: &[Metrics], theirs: &[Metrics]) -> Row {
     )
 }
 
-fn swing_row(what: &str, ours: &Turning, theirs: &Turning) -> Row {
+fn swing_row(what: &str, ours: &Turning, theirs: &Turning) -> FigureRow {
     let text = format!(
         "{}; {:.0} / {:.0} times ours",
         theirs.text(),
         theirs.median_deg / ours.median_deg,
         theirs.worst_deg / ours.worst_deg
     );
-    Row::beside(what, text, theirs.numbers())
+    FigureRow::beside(what, text, theirs.numbers())
 }
 
 /// The rows. The controller's are those of the other campaigns again, for the ratios.
 #[must_use]
-pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     let ours = swings(bench, &bench.parameters, Stroke::BangBang, seeds);
     let ours_held = holds(bench, &bench.parameters, seeds);
 

@@ -4,15 +4,15 @@
 use std::f64::consts::TAU;
 
 use control::Stroke;
-use description::design;
-use description::robot::Robot;
 use hal_sim::variation::{Spreads, draw};
+use robot_file::design;
+use robot_file::robot::Robot;
 use serde_json::json;
-use simulation::Order;
+use simulation::DriveCommand;
 
-use super::Row;
+use super::FigureRow;
 use super::oscillation::{SECONDS, Turning};
-use super::run::{Bench, for_seeds, frequency_error, run, swing, worst};
+use super::run::{DesignedRobot, for_seeds, frequency_error, run, swing, worst};
 
 /// A motor is asked for at most this share of its own ceiling: beyond, nothing is left to correct with.
 const SHARE: f64 = 0.97;
@@ -20,7 +20,7 @@ const SHARE: f64 = 0.97;
 const LEAST_HZ: f64 = 1.5;
 
 /// A specimen with its ceiling, Hz.
-fn specimen(bench: &Bench, seed: u64) -> (Robot, f64) {
+fn specimen(bench: &DesignedRobot, seed: u64) -> (Robot, f64) {
     let robot = draw(&bench.robot, seed, &Spreads::MISMATCHED);
     let ceiling = design::ceiling(&robot) / TAU;
     (robot, ceiling)
@@ -37,21 +37,21 @@ fn targets(ceiling_hz: f64) -> Vec<f64> {
 }
 
 /// Worst frequency error of a motor over its targets, and whether any ended in a fault; `None` when it cannot turn.
-fn hold(bench: &Bench, seed: u64) -> Option<(f64, bool)> {
+fn hold(bench: &DesignedRobot, seed: u64) -> Option<(f64, bool)> {
     let (robot, ceiling_hz) = specimen(bench, seed);
     if ceiling_hz < LEAST_HZ {
         return None;
     }
     let runs: Vec<_> = targets(ceiling_hz)
         .into_iter()
-        .map(|hz| run(&robot, &bench.parameters, seed, Order::Freq { hz }, 2.0))
+        .map(|hz| run(&robot, &bench.parameters, seed, DriveCommand::Freq { hz }, 2.0))
         .collect();
     Some((worst(runs.iter().map(frequency_error)), runs.iter().any(|m| !m.faults.is_empty())))
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     let held: Vec<_> = for_seeds(seeds, |seed| hold(bench, seed));
     let weak = held.iter().filter(|one| one.is_none()).count();
     let judged: Vec<_> = held.iter().flatten().collect();
@@ -66,7 +66,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
     });
     let turning = Turning::of(&swings.into_iter().flatten().collect::<Vec<_>>());
     vec![
-        Row::new(
+        FigureRow::new(
             "R, K ±15 %, J ±30 %, drag ±20 % unknown: mean frequency, each motor up to its own ceiling",
             "0.1 % in 99 of 100 of those whose ceiling is 1.5 Hz or more",
             format!(
@@ -77,7 +77,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
             !judged.is_empty() && good >= needed,
             json!({ "good": good, "judged": judged.len(), "too_weak": weak, "worst": error }),
         ),
-        Row::new(
+        FigureRow::new(
             "the same: oscillation, median / worst; strokes that run away",
             "3° / 15°; none",
             turning.text(),

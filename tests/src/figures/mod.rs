@@ -11,12 +11,12 @@ pub mod speed;
 pub mod supervision;
 pub mod two_sensors;
 
-pub use crate::row::Row;
+pub use crate::row::FigureRow;
 
 /// One campaign: its name, and what makes its rows for a number of seeds.
-pub type Campaign = (&'static str, fn(&run::Bench, u64) -> Vec<Row>);
+pub type Campaign = (&'static str, fn(&run::DesignedRobot, u64) -> Vec<FigureRow>);
 
-/// Every campaign.
+/// Every campaign with its name for `--only`.
 pub const CAMPAIGNS: [Campaign; 8] = [
     ("speed", speed::rows),
     ("calibrated", calibration::rows),

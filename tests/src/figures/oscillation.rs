@@ -4,8 +4,8 @@ use control::Stroke;
 use serde_json::{Value, json};
 use simulation::Metrics;
 
-use super::Row;
-use super::run::{Bench, for_seeds, median, run, swing, worst};
+use super::FigureRow;
+use super::run::{DesignedRobot, for_seeds, median, run, swing, worst};
 
 /// Length of a run, s.
 pub const SECONDS: f64 = 3.0;
@@ -84,23 +84,23 @@ impl Turning {
     }
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     let swings = |style| {
         Turning::of(&for_seeds(seeds, |seed| run(&bench.robot, &bench.parameters, seed, swing(style), SECONDS)))
     };
     let bang = swings(Stroke::BangBang);
     let proportional = swings(Stroke::Proportional);
     vec![
-        Row::new(
+        FigureRow::new(
             "oscillate −100…100°: turning points, median / worst; strokes that run away",
             "2° / 8°; none",
             bang.text(),
             bang.holds(2.0, 8.0),
             bang.numbers(),
         ),
-        Row::beside(
+        FigureRow::beside(
             "  the same with proportional strokes on the estimate",
             proportional.text(),
             proportional.numbers(),

@@ -3,22 +3,22 @@
 use std::path::Path;
 
 use control::{Controller, Parameters, Stroke};
-use description::design::design;
-use description::robot::Robot;
 use hal_sim::{Settings, SimulatedRobot};
 use rayon::prelude::*;
-use simulation::{Drive, Metrics, Order, Plan, Trace, closed_loop, metrics};
+use robot_file::design::design;
+use robot_file::robot::Robot;
+use simulation::{Drive, DriveCommand, Metrics, Plan, Trace, closed_loop, metrics};
 
-/// What the campaigns run on.
+/// Robot of `robot.toml` with its designed controller.
 #[derive(Clone, Debug)]
-pub struct Bench {
-    /// The default robot.
+pub struct DesignedRobot {
+    /// Robot of `robot.toml`.
     pub robot: Robot,
     /// Its designed controller.
     pub parameters: Parameters,
 }
 
-impl Bench {
+impl DesignedRobot {
     /// The project's `robot.toml`.
     ///
     /// # Panics
@@ -32,7 +32,7 @@ impl Bench {
     }
 }
 
-impl Default for Bench {
+impl Default for DesignedRobot {
     fn default() -> Self {
         Self::new()
     }
@@ -50,20 +50,20 @@ pub fn trace(robot: &Robot, parameters: &Parameters, seed: u64, plan: &Plan) -> 
 
 /// Runs one order and judges it.
 #[must_use]
-pub fn run(robot: &Robot, parameters: &Parameters, seed: u64, order: Order, seconds: f64) -> Metrics {
-    metrics(&trace(robot, parameters, seed, &plan(order, seconds)))
+pub fn run(robot: &Robot, parameters: &Parameters, seed: u64, command: DriveCommand, seconds: f64) -> Metrics {
+    metrics(&trace(robot, parameters, seed, &plan(command, seconds)))
 }
 
 /// One order, nothing breaks.
 #[must_use]
-pub fn plan(order: Order, seconds: f64) -> Plan {
-    Plan { drive: Drive::constant(order), seconds, faults: Vec::new() }
+pub fn plan(command: DriveCommand, seconds: f64) -> Plan {
+    Plan { drive: Drive::constant(command), seconds, faults: Vec::new() }
 }
 
 /// The oscillation that the figures are about.
 #[must_use]
-pub fn swing(style: Stroke) -> Order {
-    Order::Oscillate { from_deg: -100.0, to_deg: 100.0, style }
+pub fn swing(style: Stroke) -> DriveCommand {
+    DriveCommand::Oscillate { from_deg: -100.0, to_deg: 100.0, style }
 }
 
 /// What `one` gives for every seed, on all cores, in the order of the seeds.
@@ -104,7 +104,7 @@ pub fn frequency_error(metrics: &Metrics) -> f64 {
     }
 }
 
-/// Within 0.1 % of what was asked for; an error that is not a number does not count.
+/// Within 0.1 % of what was asked for; an error that is NaN does not count.
 #[must_use]
 pub fn holds_frequency(metrics: &Metrics) -> bool {
     frequency_error(metrics) <= 1e-3

@@ -1,24 +1,25 @@
 //! Holding ±6, ±7, ±8 Hz from rest at any angle, uncalibrated.
 
 use serde_json::json;
-use simulation::{Metrics, Order};
+use simulation::{DriveCommand, Metrics};
 
-use super::Row;
-use super::run::{Bench, for_seeds, frequency_error, holds_frequency, median, pooled, run, worst};
+use super::FigureRow;
+use super::run::{DesignedRobot, for_seeds, frequency_error, holds_frequency, median, pooled, run, worst};
 
 /// The frequencies of the thesis's experiments, Hz.
 pub const FREQUENCIES_HZ: [f64; 6] = [-8.0, -7.0, -6.0, 6.0, 7.0, 8.0];
 
 /// Every frequency with every seed.
 #[must_use]
-pub fn runs(bench: &Bench, seeds: u64) -> Vec<Metrics> {
-    let one = |seed| FREQUENCIES_HZ.map(|hz| run(&bench.robot, &bench.parameters, seed, Order::Freq { hz }, 2.0));
+pub fn runs(bench: &DesignedRobot, seeds: u64) -> Vec<Metrics> {
+    let one =
+        |seed| FREQUENCIES_HZ.map(|hz| run(&bench.robot, &bench.parameters, seed, DriveCommand::Freq { hz }, 2.0));
     for_seeds(seeds, one).into_iter().flatten().collect()
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     let runs = runs(bench, seeds);
     let count = runs.len();
     let error = worst(runs.iter().map(frequency_error));
@@ -30,7 +31,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
     let outside = pooled(runs.iter().map(|m| m.estimate_rms_deg));
     let inside = pooled(runs.iter().map(|m| m.estimate_rms_blind_deg));
     vec![
-        Row::new(
+        FigureRow::new(
             "hold ±6, ±7, ±8 Hz from rest: mean frequency over the last second",
             "within 0.1 % in every run",
             format!(
@@ -41,7 +42,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
             missed == 0 && faults == 0,
             json!({ "runs": count, "worst": error, "missed": missed, "faults": faults, "acquired_s": acquired }),
         ),
-        Row::new(
+        FigureRow::new(
             "speed averaged over one turn within 2 %, and staying",
             "in 0.4 s",
             format!(
@@ -52,7 +53,7 @@ pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
             worst(settling()) <= 0.4,
             json!({ "worst_s": worst(settling()), "median_s": median(settling()), "instantaneous": instantaneous }),
         ),
-        Row::new(
+        FigureRow::new(
             "estimate against truth, RMS outside / inside the blind arc, uncalibrated (up to ±3°)",
             "1.2° / 1.5° pooled",
             format!("{outside:.2}° / {inside:.2}° pooled over {count} runs"),

@@ -10,10 +10,10 @@ use hal_sim::Fault;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use serde_json::json;
-use simulation::{Break, Drive, FaultReport, Order, Plan, Promise, Scheduled, Step, Trace, metrics};
+use simulation::{Break, Drive, DriveCommand, ExpectedReaction, FaultReport, Plan, Scheduled, Step, Trace, metrics};
 
-use super::Row;
-use super::run::{Bench, for_seeds, median, plan, swing, trace, worst};
+use super::FigureRow;
+use super::run::{DesignedRobot, for_seeds, median, plan, swing, trace, worst};
 
 /// When something breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ enum When {
     Any,
     /// At any moment with the wiper outside the blind arc.
     OutsideTheArc,
-    /// Before the first order.
+    /// Before the first command.
     FromRest,
 }
 
@@ -101,33 +101,33 @@ const SECONDS: f64 = 2.5;
 const FROM_S: f64 = 1.0;
 /// The fault comes within this time, s: several turns, more than a swing.
 const SPAN_S: f64 = 0.5;
-/// Position control is given another target so often that it always moves, s.
+/// Interval between targets of the position control, s: short enough that it always moves.
 const MOVE_S: f64 = 0.1;
 
 /// Speeds both ways, swings, and moves from target to target, in turn.
 fn drive(seed: u64) -> Drive {
     match seed % 5 {
-        0 => Drive::constant(Order::Freq { hz: 7.0 }),
+        0 => Drive::constant(DriveCommand::Freq { hz: 7.0 }),
         1 | 3 => Drive::constant(swing(Stroke::BangBang)),
-        2 => Drive::constant(Order::Freq { hz: -7.0 }),
+        2 => Drive::constant(DriveCommand::Freq { hz: -7.0 }),
         _ => {
             let moves = (LONG_S / MOVE_S).ceil() as usize;
             let step = |k: usize| Step {
                 at_s: MOVE_S * k as f64,
-                order: Order::Position { deg: if k.is_multiple_of(2) { 100.0 } else { -100.0 } },
+                command: DriveCommand::Position { deg: if k.is_multiple_of(2) { 100.0 } else { -100.0 } },
             };
             Drive { steps: (0..moves).map(step).collect(), end_s: None }
         }
     }
 }
 
-fn run_of(bench: &Bench, seed: u64, seconds: f64, faults: Vec<Scheduled>) -> Trace {
-    let healthy = plan(Order::Coast, seconds);
+fn run_of(bench: &DesignedRobot, seed: u64, seconds: f64, faults: Vec<Scheduled>) -> Trace {
+    let healthy = plan(DriveCommand::Coast, seconds);
     trace(&bench.robot, &bench.parameters, seed, &Plan { drive: drive(seed), faults, ..healthy })
 }
 
 /// When the fault comes, s.
-fn moment(bench: &Bench, when: When, seed: u64) -> f64 {
+fn moment(bench: &DesignedRobot, when: When, seed: u64) -> f64 {
     let drawn = FROM_S + Pcg64::seed_from_u64(seed).random_range(0.0..SPAN_S);
     match when {
         When::FromRest => 0.0,
@@ -153,7 +153,7 @@ struct Ended {
     false_alarms: usize,
 }
 
-fn one(bench: &Bench, case: &Case, seed: u64) -> Ended {
+fn one(bench: &DesignedRobot, case: &Case, seed: u64) -> Ended {
     let at_s = moment(bench, case.when, seed);
     let reports = metrics(&run_of(bench, seed, SECONDS, vec![Scheduled { at_s, what: case.broken }])).faults;
     let false_alarms = reports.iter().filter(|report| report.injected.is_none()).count();
@@ -168,7 +168,7 @@ fn one(bench: &Bench, case: &Case, seed: u64) -> Ended {
 fn bound(p: &Parameters, case: &Case, name: &str) -> Option<f64> {
     let cause = case.names.iter().find(|cause| format!("{cause:?}") == name)?;
     let trigger = TRIGGERS.iter().find(|trigger| trigger.fault == *cause)?;
-    Some(f64::from((trigger.watch)(&p.supervisor).bound))
+    Some(f64::from((trigger.limit)(&p.supervisor).bound))
 }
 
 /// Length of a run with a fault that has no trigger of its own, s: what grows slowly shall have grown.
@@ -177,22 +177,22 @@ const LONG_S: f64 = 10.0;
 /// healthy sensor.
 const BORNE_DEG: f64 = 3.0;
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     let found = CASES.iter().map(|case| row(bench, seeds, case));
-    let others = Break::all().filter(|broken| broken.promise() != Promise::Found);
+    let others = Break::all().filter(|broken| broken.expected_reaction() != ExpectedReaction::Found);
     found.chain(others.flat_map(|broken| [true, false].map(|held| not_found(bench, seeds, broken, held)))).collect()
 }
 
 /// Whether the speed is held in the run of a seed; otherwise it swings or moves.
 fn is_held(seed: u64) -> bool {
-    drive(seed).steps.iter().all(|step| matches!(step.order, Order::Freq { .. }))
+    drive(seed).steps.iter().all(|step| matches!(step.command, DriveCommand::Freq { .. }))
 }
 
 /// What becomes of a fault that has no trigger of its own: the run goes on, or ends under the name of another. Required
 /// is only what is promised: that a held speed goes on with a good estimate where the fault is to be borne.
-fn not_found(bench: &Bench, seeds: u64, broken: Break, held: bool) -> Row {
+fn not_found(bench: &DesignedRobot, seeds: u64, broken: Break, held: bool) -> FigureRow {
     let reports: Vec<FaultReport> = for_seeds(seeds, |seed| {
         if is_held(seed) != held {
             return None;
@@ -225,15 +225,15 @@ fn not_found(bench: &Bench, seeds: u64, broken: Break, held: bool) -> Row {
         "called": names,
     });
     let what = format!("fault, {}, {}", broken.name(), if held { "speed held" } else { "swings and moves" });
-    if broken.promise() == Promise::NotFound || !held {
-        return Row::beside(&what, measured, numbers);
+    if broken.expected_reaction() == ExpectedReaction::NotFound || !held {
+        return FigureRow::beside(&what, measured, numbers);
     }
     let required = format!("the bridge stays on, estimate within {BORNE_DEG}° RMS in every run");
     let holds = !reports.is_empty() && on == reports.len() && worst_deg <= BORNE_DEG;
-    Row::new(&what, &required, measured, holds, numbers)
+    FigureRow::new(&what, &required, measured, holds, numbers)
 }
 
-fn row(bench: &Bench, seeds: u64, case: &Case) -> Row {
+fn row(bench: &DesignedRobot, seeds: u64, case: &Case) -> FigureRow {
     let p = &bench.parameters;
     let runs = for_seeds(seeds, |seed| one(bench, case, seed));
     // Half a tick of rounding.
@@ -252,7 +252,7 @@ fn row(bench: &Bench, seeds: u64, case: &Case) -> Row {
         .filter_map(|cause| Some(format!("{cause:?} {:.2}", bound(p, case, &format!("{cause:?}"))?)))
         .collect();
     required.sort();
-    Row::new(
+    FigureRow::new(
         &format!("fault, {}: bridge off", case.what),
         &format!("s in every run: {}; no false alarm", required.join(", ")),
         format!(

@@ -6,18 +6,18 @@ use common::conventions::degrees;
 use common::wrap;
 use control::supervisor::TRIGGERS;
 use control::{Parameters, Sensor as Which, Stroke};
-use description::design::design;
-use description::robot::{Robot, Sensor};
 use diagnose::identify::{potentiometer, second_potentiometer};
 use hal_sim::Fault;
 use hal_sim::faults::Line;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use robot_file::design::design;
+use robot_file::robot::{Robot, Sensor};
 use serde_json::json;
-use simulation::{Break, Drive, Order, Plan, Scheduled, Step, Trace, metrics, recording};
+use simulation::{Break, Drive, DriveCommand, Plan, Scheduled, Step, Trace, metrics, recording};
 
-use super::Row;
-use super::run::{Bench, for_seeds, holds_frequency, plan, pooled, swing, trace, worst};
+use super::FigureRow;
+use super::run::{DesignedRobot, for_seeds, holds_frequency, plan, pooled, swing, trace, worst};
 use super::speed::FREQUENCIES_HZ;
 
 /// Earliest fault, s.
@@ -48,23 +48,23 @@ const GONE: usize = 4;
 
 /// The robot with two sensors and its designed controller.
 #[must_use]
-pub fn bench() -> Bench {
+pub fn bench() -> DesignedRobot {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/two-sensors.toml");
     let robot = Robot::load(&path).unwrap_or_else(|error| panic!("{error}"));
     let parameters = design(&robot).unwrap_or_else(|error| panic!("{error}")).parameters;
-    Bench { robot, parameters }
+    DesignedRobot { robot, parameters }
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(_: &Bench, seeds: u64) -> Vec<Row> {
+pub fn rows(_: &DesignedRobot, seeds: u64) -> Vec<FigureRow> {
     rows_from(0, seeds)
 }
 
 /// The rows from a seed on: others than those that are judged by are for tuning.
 #[must_use]
-pub fn rows_from(first: u64, seeds: u64) -> Vec<Row> {
-    let (bench, alone) = (bench(), Bench::new());
+pub fn rows_from(first: u64, seeds: u64) -> Vec<FigureRow> {
+    let (bench, alone) = (bench(), DesignedRobot::new());
     let over = |one: &(dyn Fn(u64) -> Vec<Trace> + Sync)| for_seeds(seeds, |seed| one(first + seed));
     let mut rows = vec![
         arc_row("uncalibrated", &over(&|seed| held(&bench, &bench.parameters, seed))),
@@ -78,20 +78,20 @@ pub fn rows_from(first: u64, seeds: u64) -> Vec<Row> {
 }
 
 /// The thesis's frequencies from rest, of one specimen.
-fn held(bench: &Bench, parameters: &Parameters, seed: u64) -> Vec<Trace> {
-    FREQUENCIES_HZ.map(|hz| trace(&bench.robot, parameters, seed, &plan(Order::Freq { hz }, 2.0))).to_vec()
+fn held(bench: &DesignedRobot, parameters: &Parameters, seed: u64) -> Vec<Trace> {
+    FREQUENCIES_HZ.map(|hz| trace(&bench.robot, parameters, seed, &plan(DriveCommand::Freq { hz }, 2.0))).to_vec()
 }
 
 /// The same with both sensors calibrated from one run; nothing where they cannot be.
-fn calibrated(bench: &Bench, seed: u64) -> Vec<Trace> {
+fn calibrated(bench: &DesignedRobot, seed: u64) -> Vec<Trace> {
     let robot = calibrate(bench, seed);
     let parameters = robot.and_then(|robot| Some(design(&robot).ok()?.parameters));
     parameters.map_or_else(Vec::new, |parameters| held(bench, &parameters, seed))
 }
 
-fn calibrate(bench: &Bench, seed: u64) -> Option<Robot> {
-    let order = Order::Duty { duty: CALIBRATION_DUTY };
-    let run = recording(&trace(&bench.robot, &bench.parameters, seed, &plan(order, CALIBRATION_S)), &bench.robot);
+fn calibrate(bench: &DesignedRobot, seed: u64) -> Option<Robot> {
+    let command = DriveCommand::Duty { duty: CALIBRATION_DUTY };
+    let run = recording(&trace(&bench.robot, &bench.parameters, seed, &plan(command, CALIBRATION_S)), &bench.robot);
     let mut robot = bench.robot.clone();
     let Sensor::Potentiometer(sensor) = &mut robot.sensor else { return None };
     sensor.correction = Some(potentiometer(&bench.robot, &run).ok()?.correction);
@@ -113,7 +113,7 @@ fn errors(run: &Trace) -> [Option<f64>; 2] {
     })
 }
 
-fn arc_row(how: &str, runs: &[Vec<Trace>]) -> Row {
+fn arc_row(how: &str, runs: &[Vec<Trace>]) -> FigureRow {
     let missing = runs.iter().filter(|traces| traces.is_empty()).count();
     let runs: Vec<&Trace> = runs.iter().flatten().collect();
     let all: Vec<_> = runs.iter().map(|run| errors(run)).collect();
@@ -121,7 +121,7 @@ fn arc_row(how: &str, runs: &[Vec<Trace>]) -> Row {
     let outside = pooled(all.iter().map(|errors| errors[1]));
     let blind = runs.iter().flat_map(|run| &run.ticks).filter(|t| t.telemetry.tracking && t.telemetry.blind).count();
     let missed = runs.iter().filter(|run| !holds_frequency(&metrics(run))).count();
-    Row::new(
+    FigureRow::new(
         &format!("two sensors, {how}: estimate against truth where the first one's blind arc was / outside it"),
         "no worse than outside, to a code of the converter (0.09°); never blind; frequency within 0.1 %",
         format!(
@@ -135,40 +135,40 @@ fn arc_row(how: &str, runs: &[Vec<Trace>]) -> Row {
 }
 
 /// The same of a robot with one sensor, uncalibrated.
-fn alone_row(runs: &[Vec<Trace>]) -> Row {
+fn alone_row(runs: &[Vec<Trace>]) -> FigureRow {
     let all: Vec<_> = runs.iter().flatten().map(errors).collect();
     let [inside, outside] = [0, 1].map(|index| pooled(all.iter().map(|errors| errors[index])));
-    Row::beside(
+    FigureRow::beside(
         "the same with one sensor, uncalibrated",
         format!("{inside:.3}° / {outside:.3}° RMS pooled over {} runs", all.len()),
         json!({ "inside_deg": inside, "outside_deg": outside }),
     )
 }
 
-/// Everything that a healthy robot does, in turn: slow and fast, both ways, strokes and moves, with orders that change.
+/// Everything that a healthy robot does, in turn: slow and fast, both ways, strokes and moves, with commands that change.
 fn busy(seed: u64) -> Plan {
     let mut random = Pcg64::seed_from_u64(seed);
     let mut at_s = 0.0;
     let mut steps = Vec::new();
     while at_s < 6.0 {
         let hz = random.random_range(1.0..8.0) * if random.random_range(0.0..1.0) < 0.5 { -1.0 } else { 1.0 };
-        let order = match random.random_range(0..6) {
-            0..=2 => Order::Freq { hz },
+        let command = match random.random_range(0..6) {
+            0..=2 => DriveCommand::Freq { hz },
             3 => swing(Stroke::BangBang),
             4 => swing(Stroke::Proportional),
-            _ => Order::Position { deg: random.random_range(-180.0..180.0) },
+            _ => DriveCommand::Position { deg: random.random_range(-180.0..180.0) },
         };
-        steps.push(Step { at_s, order });
+        steps.push(Step { at_s, command });
         at_s += random.random_range(0.2..1.5);
     }
     Plan { drive: Drive { steps, end_s: None }, seconds: 6.0, faults: Vec::new() }
 }
 
-fn healthy_row(bench: &Bench, first: u64, seeds: u64) -> Row {
+fn healthy_row(bench: &DesignedRobot, first: u64, seeds: u64) -> FigureRow {
     let runs = for_seeds(seeds, |seed| trace(&bench.robot, &bench.parameters, first + seed, &busy(first + seed)));
     let failed = runs.iter().filter(|run| failed(run).is_some()).count();
     let faults = runs.iter().filter(|run| run.ticks.iter().any(|t| t.telemetry.fault.is_some())).count();
-    Row::new(
+    FigureRow::new(
         "two sensors, both healthy, orders that change: none is called failed",
         "in every run; no fault",
         format!("{failed} called failed, {faults} faults in {seeds} runs"),
@@ -188,15 +188,19 @@ fn moment(seed: u64) -> f64 {
 
 /// Half of the seeds break the first sensor, half the second one. Which of two drifts apart slowly nobody can tell: then the
 /// bridge may go off, too.
-fn one_row(bench: &Bench, first: u64, seeds: u64, faults: (Fault, Fault)) -> Row {
+fn one_row(bench: &DesignedRobot, first: u64, seeds: u64, faults: (Fault, Fault)) -> FigureRow {
     let runs = for_seeds(seeds, |seed| {
         let seed = first + seed;
         let (fault, which) = if seed.is_multiple_of(2) { (faults.0, Which::First) } else { (faults.1, Which::Second) };
         let hz = FREQUENCIES_HZ[(seed / 2 % 6) as usize];
         let at_s = moment(seed);
         let broken = vec![Scheduled { at_s, what: Break::Robot(fault) }];
-        let run =
-            trace(&bench.robot, &bench.parameters, seed, &Plan { faults: broken, ..plan(Order::Freq { hz }, SECONDS) });
+        let run = trace(
+            &bench.robot,
+            &bench.parameters,
+            seed,
+            &Plan { faults: broken, ..plan(DriveCommand::Freq { hz }, SECONDS) },
+        );
         let judged = metrics(&run);
         let is_wrong = failed(&run).is_some_and(|(_, called)| called != which);
         let is_off = run.ticks.iter().any(|t| t.telemetry.fault.is_some());
@@ -209,7 +213,7 @@ fn one_row(bench: &Bench, first: u64, seeds: u64, faults: (Fault, Fault)) -> Row
     let latest = worst(found.iter().copied());
     let numbers = json!({ "held": held, "off": off, "found": found.len(), "latest_s": latest, "wrong": wrong });
     if matches!(faults.0, Fault::SensorDrifting { .. }) {
-        return Row::new(
+        return FigureRow::new(
             "two sensors, one drifts from any moment: the robot goes on or stops",
             "in every run; never the healthy one called failed",
             format!("{held} of {seeds} go on, {off} with the bridge off, {wrong} wrong"),
@@ -217,7 +221,7 @@ fn one_row(bench: &Bench, first: u64, seeds: u64, faults: (Fault, Fault)) -> Row
             numbers,
         );
     }
-    Row::new(
+    FigureRow::new(
         &format!("two sensors, one is broken ({}) at any moment: the robot goes on", faults.0.name()),
         "holds ±6, ±7, ±8 Hz within 0.1 % in every run, no fault, never the healthy one called failed",
         format!(
@@ -230,7 +234,7 @@ fn one_row(bench: &Bench, first: u64, seeds: u64, faults: (Fault, Fault)) -> Row
 }
 
 /// From the second failure on the bound of what the supervisor calls it holds.
-fn both_row(bench: &Bench, first: u64, seeds: u64) -> Row {
+fn both_row(bench: &DesignedRobot, first: u64, seeds: u64) -> FigureRow {
     let runs = for_seeds(seeds, |seed| {
         let seed = first + seed;
         let mut random = Pcg64::seed_from_u64(seed ^ 0xB07);
@@ -244,21 +248,21 @@ fn both_row(bench: &Bench, first: u64, seeds: u64) -> Row {
             faults[1].at_s = faults[0].at_s;
         }
         let last_s = faults[0].at_s.max(faults[1].at_s);
-        let order = match seed % 4 {
+        let command = match seed % 4 {
             0 => swing(Stroke::BangBang),
-            _ => Order::Freq { hz: FREQUENCIES_HZ[(seed / 4 % 6) as usize] },
+            _ => DriveCommand::Freq { hz: FREQUENCIES_HZ[(seed / 4 % 6) as usize] },
         };
-        let run = trace(&bench.robot, &bench.parameters, seed, &Plan { faults, ..plan(order, 4.0) });
+        let run = trace(&bench.robot, &bench.parameters, seed, &Plan { faults, ..plan(command, 4.0) });
         let off = run.ticks.iter().find(|t| t.telemetry.fault.is_some());
         let cause = off.and_then(|t| t.telemetry.fault);
         let trigger = cause.and_then(|cause| TRIGGERS.iter().find(|trigger| trigger.fault == cause));
-        let bound = trigger.map(|trigger| f64::from((trigger.watch)(&run.parameters.supervisor).bound));
+        let bound = trigger.map(|trigger| f64::from((trigger.limit)(&run.parameters.supervisor).bound));
         let off_s = off.map_or(f64::INFINITY, |t| t.time_s - last_s);
         (off_s, bound.is_some_and(|bound| off_s <= bound + 5e-4))
     });
     let in_time = runs.iter().filter(|run| run.1).count();
     let slowest = worst(runs.iter().map(|run| run.0));
-    Row::new(
+    FigureRow::new(
         "two sensors, both broken at any moments: bridge off",
         "within the bound of what it is called, in every run",
         format!("{in_time} of {seeds}, worst {slowest:.3} s after the later one"),

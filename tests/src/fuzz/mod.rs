@@ -20,9 +20,9 @@ pub const HANG: Duration = Duration::from_secs(5);
 /// When a target has been run enough.
 #[derive(Clone, Copy, Debug)]
 pub enum Until {
-    /// After so many inputs beside the corpus.
+    /// Ends after this number of inputs beside the corpus.
     Inputs(u64),
-    /// After so long.
+    /// Ends after this time.
     Time(Duration),
 }
 
@@ -31,7 +31,7 @@ pub enum Until {
 pub struct Report {
     /// Inputs decoded, those of the corpus among them.
     pub executions: u64,
-    /// In all.
+    /// Total time.
     pub time: Duration,
     /// The slowest one.
     pub slowest: Duration,

@@ -5,19 +5,21 @@ use std::time::Duration;
 
 use control::State;
 use control::protocol::VERSION;
-use control::protocol::radio::{LONGEST, ToRobot};
-use control::protocol::secure::{Caller, Ear, Heard, Key, Kind, Nonce, Opener, Rejected, Sealer, kind, notice};
+use control::protocol::radio::{Downlink, LONGEST};
+use control::protocol::secure::{
+    Accepted, Caller, Key, Kind, Nonce, Opener, Rejected, Sealer, SessionReceiver, kind, notice,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use serde_json::json;
-use workbench::journal::{Detail, Event};
+use testbed::event_log::{Detail, Event};
 
 use super::Options;
 use super::mode::Mode;
 use super::rig::{Rig, Template};
-use crate::figures::run::{Bench, for_seeds};
-use crate::row::Row;
+use crate::figures::run::{DesignedRobot, for_seeds};
+use crate::row::FigureRow;
 
 /// Attacks for each run of the fault campaign, straight at an ear.
 const AT_AN_EAR: u64 = 100;
@@ -38,7 +40,7 @@ struct Tally {
     other_version: u64,
     /// A recorded call again: it is answered, and that is all.
     calls: u64,
-    /// The console's own orders that did not get through.
+    /// The console's own commands that did not get through.
     deaf: u64,
 }
 
@@ -60,9 +62,9 @@ impl Tally {
         }
     }
 
-    fn row(&self, what: &str, more: &str, holds: bool) -> Row {
+    fn row(&self, what: &str, more: &str, holds: bool) -> FigureRow {
         let Self { given, obeyed, forged, outdated, misunderstood, other_version, calls, deaf } = *self;
-        Row::new(
+        FigureRow::new(
             what,
             "none obeyed, all counted, the session undisturbed",
             format!(
@@ -79,9 +81,9 @@ impl Tally {
     }
 }
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, options: &Options) -> Vec<FigureRow> {
     let chunks = (options.runs * AT_AN_EAR).div_ceil(CHUNK);
     let straight = (0..chunks).into_par_iter().map(at_an_ear).reduce(Tally::default, Tally::and);
     let template = Template::new(&bench.robot, 2, Detail::Everything);
@@ -109,8 +111,8 @@ struct Recorded {
     orders: Vec<Vec<u8>>,
     /// Calls that began sessions.
     calls: Vec<Vec<u8>>,
-    /// From this robot.
-    tellings: Vec<Vec<u8>>,
+    /// Uplinks of this robot.
+    uplinks: Vec<Vec<u8>>,
     /// From the console to another robot.
     others: Vec<Vec<u8>>,
 }
@@ -127,7 +129,7 @@ impl Recorded {
         match random.random_range(0..13) {
             0 => {}
             1 => return one(random, &self.others),
-            2 => return one(random, &self.tellings),
+            2 => return one(random, &self.uplinks),
             3 => return one(random, &self.calls),
             4 => {
                 // Of another version, right or wrong otherwise.
@@ -176,14 +178,15 @@ struct Talk {
     _opener: Opener,
 }
 
-fn begin(ear: &mut Ear, key: &Key, random: &mut Pcg64) -> Talk {
+fn begin(receiver: &mut SessionReceiver, key: &Key, random: &mut Pcg64) -> Talk {
     let caller = Caller::new(key.clone(), Nonce(random.random()));
     let call = caller.hello().to_vec();
-    let Ok(Heard::<ToRobot>::Hello(welcome)) = ear.hear(&call, || Nonce(random.random())) else {
+    let Ok(Accepted::<Downlink>::Hello(welcome)) = receiver.accept(&call, || Nonce(random.random())) else {
         panic!("a call is answered")
     };
     let (mut sealer, opener) = caller.welcomed(&welcome).expect("the answer to this call");
-    let Ok(Heard::<ToRobot>::Order { began: Some(session), .. }) = ear.hear(&order(&mut sealer), || Nonce([0; 8]))
+    let Ok(Accepted::<Downlink>::Downlink { began: Some(session), .. }) =
+        receiver.accept(&order(&mut sealer), || Nonce([0; 8]))
     else {
         panic!("the first order begins the session")
     };
@@ -191,35 +194,36 @@ fn begin(ear: &mut Ear, key: &Key, random: &mut Pcg64) -> Talk {
 }
 
 fn order(sealer: &mut Sealer) -> Vec<u8> {
-    sealer.seal(&ToRobot::Heartbeat { heard_ms: Some(0) }, &mut [0; LONGEST]).expect("short").0.to_vec()
+    sealer.seal(&Downlink::Heartbeat { heard_ms: Some(0) }, &mut [0; LONGEST]).expect("short").0.to_vec()
 }
 
 fn at_an_ear(seed: u64) -> Tally {
     let mut random = Pcg64::seed_from_u64(seed);
     let (key, other_key) = (Key(random.random()), Key(random.random()));
-    let mut ear = Ear::new(key.clone());
+    let mut receiver = SessionReceiver::new(key.clone());
     let mut recorded = Recorded::default();
-    let mut other = begin(&mut Ear::new(other_key.clone()), &other_key, &mut random);
+    let mut other = begin(&mut SessionReceiver::new(other_key.clone()), &other_key, &mut random);
     recorded.others = (0..50).map(|_| order(&mut other.sealer)).collect();
-    let mut old = begin(&mut ear, &key, &mut random);
+    let mut old = begin(&mut receiver, &key, &mut random);
     recorded.orders = (0..50).map(|_| order(&mut old.sealer)).collect();
     recorded.calls.push(old.call);
-    // The old session's orders have not counted: they never shall.
-    let mut talk = begin(&mut ear, &key, &mut random);
+    // The old session's commands have not counted: they never shall.
+    let mut talk = begin(&mut receiver, &key, &mut random);
     recorded.calls.push(talk.call);
-    recorded.tellings = (0..50).map(|_| order(&mut talk.robot)).collect();
+    recorded.uplinks = (0..50).map(|_| order(&mut talk.robot)).collect();
     let mut tally = Tally::default();
     for index in 0..CHUNK {
         if index % GENUINE_EVERY == 0 {
             let genuine = order(&mut talk.sealer);
-            tally.deaf += u64::from(!matches!(hear(&mut ear, &genuine, &mut random), Ok(Heard::Order { .. })));
+            tally.deaf +=
+                u64::from(!matches!(hear(&mut receiver, &genuine, &mut random), Ok(Accepted::Downlink { .. })));
             recorded.orders.push(genuine);
         }
         let frame = recorded.forge(&mut random);
         tally.given += 1;
-        match hear(&mut ear, &frame, &mut random) {
-            Ok(Heard::Order { .. }) => tally.obeyed += 1,
-            Ok(Heard::Hello(_)) => tally.calls += 1,
+        match hear(&mut receiver, &frame, &mut random) {
+            Ok(Accepted::Downlink { .. }) => tally.obeyed += 1,
+            Ok(Accepted::Hello(_)) => tally.calls += 1,
             Err(Rejected::Forged) => tally.forged += 1,
             Err(Rejected::Outdated) => tally.outdated += 1,
             Err(Rejected::Misdirected | Rejected::Unreadable) => tally.misunderstood += 1,
@@ -229,8 +233,8 @@ fn at_an_ear(seed: u64) -> Tally {
     tally
 }
 
-fn hear(ear: &mut Ear, frame: &[u8], random: &mut Pcg64) -> Result<Heard<ToRobot>, Rejected> {
-    ear.hear(frame, || Nonce(random.random()))
+fn hear(receiver: &mut SessionReceiver, frame: &[u8], random: &mut Pcg64) -> Result<Accepted<Downlink>, Rejected> {
+    receiver.accept(frame, || Nonce(random.random()))
 }
 
 /// A session of the whole bench under attack.
@@ -262,7 +266,7 @@ fn on_the_bench(template: &Template, seed: u64) -> Session {
     let bench = rig.end.bench();
     let after = bench.robots[0].counters();
     let (mut heard, mut calls) = (0, 0);
-    for (_, event) in bench.robots[0].journal.events().iter() {
+    for (_, event) in bench.robots[0].event_log.events().iter() {
         if let Event::Heard { payload, .. } = event {
             heard += 1;
             calls += u64::from(recorded.calls.contains(payload));
@@ -291,15 +295,15 @@ fn on_the_bench(template: &Template, seed: u64) -> Session {
 fn record(rig: &Rig) -> Recorded {
     let mut recorded = Recorded::default();
     let bench = rig.end.bench();
-    for (_, event) in bench.robots[0].journal.take() {
+    for (_, event) in bench.robots[0].event_log.take() {
         match event {
             Event::Heard { payload, .. } if kind(&payload) == Ok(Kind::Hello) => recorded.calls.push(payload),
             Event::Heard { payload, .. } => recorded.orders.push(payload),
-            Event::Sending(_, payload) => recorded.tellings.push(payload),
+            Event::Sending(_, payload) => recorded.uplinks.push(payload),
             _ => {}
         }
     }
-    for (_, event) in bench.robots[1].journal.take() {
+    for (_, event) in bench.robots[1].event_log.take() {
         if let Event::Heard { payload, .. } = event {
             recorded.others.push(payload);
         }

@@ -4,30 +4,30 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use serde_json::json;
-use workbench::journal::Detail;
+use testbed::event_log::Detail;
 
 use super::Options;
+use super::assessment::{LinkAssessment, assess, bound_of_case};
 use super::fault::{CASES, Case, Host, Must, NOTHING};
-use super::judge::{Verdict, bound_of_case, judge};
 use super::mode::{MODES, Mode};
 use super::rig::Template;
 use super::run::{Task, Trace, run};
-use crate::figures::run::{Bench, worst};
-use crate::row::Row;
+use crate::figures::run::{DesignedRobot, worst};
+use crate::row::FigureRow;
 
-/// A seed of the campaign stands for so many runs of a fault.
+/// Runs of a fault per seed of the campaign.
 const MODE_COUNT: u64 = MODES.len() as u64;
 
 /// A run of the campaign.
 struct Done {
     mode: Mode,
     seed: u64,
-    verdict: Verdict,
+    verdict: LinkAssessment,
 }
 
 /// The rows: one a fault, and one without any.
 #[must_use]
-pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, options: &Options) -> Vec<FigureRow> {
     let wanted: Vec<&Case> =
         CASES.iter().filter(|case| options.fault.as_deref().is_none_or(|part| case.name.contains(part))).collect();
     let bridge = Template::new(&bench.robot, 1, Detail::Bridge);
@@ -45,7 +45,7 @@ pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
         .par_iter()
         .flat_map(|task| {
             let healthy = run(&bridge, *task, None);
-            let verdict = judge(&bench.parameters, &NOTHING, task.mode, &healthy, &healthy);
+            let verdict = assess(&bench.parameters, &NOTHING, task.mode, &healthy, &healthy);
             let unbroken = (wanted.len(), Done { mode: task.mode, seed: (task.seed - 1) / MODE_COUNT, verdict });
             let broken = wanted
                 .par_iter()
@@ -54,7 +54,7 @@ pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
                     // Whoever replays must have recorded.
                     let template = if case.host == Host::IsReplayed { &everything } else { &bridge };
                     let trace: Trace = run(template, *task, Some(case));
-                    let verdict = judge(&bench.parameters, case, task.mode, &trace, &healthy);
+                    let verdict = assess(&bench.parameters, case, task.mode, &trace, &healthy);
                     (index, Done { mode: task.mode, seed: (task.seed - 1) / MODE_COUNT, verdict })
                 })
                 .collect::<Vec<_>>();
@@ -66,7 +66,7 @@ pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
     by_case.iter().map(|(index, done)| row(bench, wanted.get(*index).copied().unwrap_or(&NOTHING), done)).collect()
 }
 
-fn row(bench: &Bench, case: &Case, done: &[Done]) -> Row {
+fn row(bench: &DesignedRobot, case: &Case, done: &[Done]) -> FigureRow {
     let count = |is: &dyn Fn(&Done) -> bool| done.iter().filter(|done| is(done)).count();
     let unsafe_ = count(&|done| !done.verdict.unsafe_.is_empty());
     for bad in done.iter().filter(|done| !done.verdict.unsafe_.is_empty()).take(5) {
@@ -118,7 +118,7 @@ fn row(bench: &Bench, case: &Case, done: &[Done]) -> Row {
     } else {
         format!("{on} went on, off {gone_s:.3} s after the console's last frame; ")
     };
-    Row::new(
+    FigureRow::new(
         case.name,
         &required,
         format!(

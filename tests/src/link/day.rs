@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use control::State;
 use control::protocol::dongle::{Address, FromDongle, Payload, ToDongle};
 use control::protocol::frame::{self, Deframer};
-use control::protocol::radio::{BATCH, Batch, Echo, FromRobot, LONGEST, Row as Tick, Telling, ToRobot};
-use control::protocol::secure::{Ear, Heard, Nonce, Sealer};
+use control::protocol::radio::{BATCH, Batch, Downlink, Echo, LONGEST, PackedTick as Tick, Report, Uplink};
+use control::protocol::secure::{Accepted, Nonce, Sealer, SessionReceiver};
 use control::protocol::{VERSION, pairing::Pairing};
 use link::{Keys, KnownRobot, Line, Session};
 use rand::{RngExt, SeedableRng};
@@ -20,11 +20,11 @@ use rand_pcg::Pcg64;
 use recording::{Entry, entries};
 use scram::console::Engine;
 use serde_json::json;
-use workbench::setup::{DONGLE, address, pairing};
+use testbed::setup::{DONGLE, address, pairing};
 
 use super::Options;
-use crate::figures::run::Bench;
-use crate::row::Row;
+use crate::figures::run::DesignedRobot;
+use crate::row::FigureRow;
 
 /// Ticks of a day, one every 10 ms.
 const DAY: u64 = 8_640_000;
@@ -40,7 +40,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A dongle and a robot that do nothing but tell, as fast as somebody reads. Their clock is the telemetry's.
 struct Player {
-    ear: Ear,
+    receiver: SessionReceiver,
     sealer: Option<Sealer>,
     deframer: Deframer,
     to_host: VecDeque<u8>,
@@ -58,7 +58,7 @@ struct Player {
 impl Player {
     fn new(keys: &Pairing, ticks: u64) -> Self {
         Self {
-            ear: Ear::new(keys.key.clone()),
+            receiver: SessionReceiver::new(keys.key.clone()),
             sealer: None,
             deframer: Deframer::default(),
             to_host: VecDeque::new(),
@@ -93,9 +93,9 @@ impl Player {
             ToDongle::Send { number, payload, .. } => {
                 self.tell(&FromDongle::Sent { number, acknowledged: true });
                 let nonce = Nonce(self.random.random());
-                match self.ear.hear::<ToRobot>(&payload, || nonce) {
-                    Ok(Heard::Hello(welcome)) => self.say(&welcome),
-                    Ok(Heard::Order { began: Some(key), .. }) => self.sealer = Some(Sealer::robot(key)),
+                match self.receiver.accept::<Downlink>(&payload, || nonce) {
+                    Ok(Accepted::Hello(welcome)) => self.say(&welcome),
+                    Ok(Accepted::Downlink { began: Some(key), .. }) => self.sealer = Some(Sealer::robot(key)),
                     _ => {}
                 }
             }
@@ -110,12 +110,12 @@ impl Player {
             return;
         };
         if u64::from(self.tick) < self.ticks {
-            let message = FromRobot::Telemetry(self.batch());
+            let message = Report::Telemetry(self.batch());
             self.now += Duration::from_secs_f64(TICK_S * BATCH as f64);
             let uptime_ms = self.now.as_millis() as u32;
             let mut buffer = [0; LONGEST];
-            let telling = Telling { uptime_ms, echo: Echo::default(), message };
-            let (bytes, _) = sealer.seal(&telling, &mut buffer).expect("short");
+            let uplink = Uplink { uptime_ms, echo: Echo::default(), report: message };
+            let (bytes, _) = sealer.seal(&uplink, &mut buffer).expect("short");
             let last = u64::from(self.tick) >= self.ticks;
             if last || !self.random.random_bool(LOST_SHARE) {
                 let bytes = bytes.to_vec();
@@ -156,9 +156,9 @@ impl Player {
 
 /// The player as a line. Clones are the same one: one for the session, one to watch it.
 #[derive(Clone)]
-struct Desk(Rc<RefCell<Player>>);
+struct ScriptedPeer(Rc<RefCell<Player>>);
 
-impl Read for Desk {
+impl Read for ScriptedPeer {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let mut player = self.0.borrow_mut();
         if player.to_host.is_empty() {
@@ -171,7 +171,7 @@ impl Read for Desk {
     }
 }
 
-impl Write for Desk {
+impl Write for ScriptedPeer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let mut player = self.0.borrow_mut();
         for byte in bytes {
@@ -187,7 +187,7 @@ impl Write for Desk {
     }
 }
 
-impl Line for Desk {
+impl Line for ScriptedPeer {
     fn now(&self) -> Duration {
         self.0.borrow().now
     }
@@ -198,36 +198,36 @@ impl Line for Desk {
 /// # Panics
 /// There is no room for the recording.
 #[must_use]
-pub fn rows(_: &Bench, options: &Options) -> Vec<Row> {
+pub fn rows(_: &DesignedRobot, options: &Options) -> Vec<FigureRow> {
     let ticks = (DAY * options.runs / 10_000).clamp(DAY / 100, DAY) / BATCH as u64 * BATCH as u64;
     let directory = tempfile::tempdir().expect("a directory for the recording");
     vec![day(ticks, directory.path())]
 }
 
-fn day(ticks: u64, directory: &Path) -> Row {
+fn day(ticks: u64, directory: &Path) -> FigureRow {
     let known = KnownRobot { name: "day".into(), address: address(0), pairing: pairing(DONGLE, 1, 0) };
-    let desk = Desk(Rc::new(RefCell::new(Player::new(&known.pairing, ticks))));
+    let scripted_peer = ScriptedPeer(Rc::new(RefCell::new(Player::new(&known.pairing, ticks))));
     let keys = Keys::of(known.pairing.primary, vec![known]);
     let mut random = Pcg64::seed_from_u64(2);
     let nonces = Box::new(move || Nonce(random.random()));
-    let session = Session::open(desk.clone(), &keys, nonces, PATIENCE).expect("it answers");
+    let session = Session::open(scripted_peer.clone(), &keys, nonces, PATIENCE).expect("it answers");
     let mut engine = Engine::new(session, "a day");
     engine.record(directory, TICK_S).expect("room for a recording");
     let start = Instant::now();
     let (mut early_kib, mut peak_kib) = (None, 0);
     let early = (ticks as f64 * EARLY_SHARE) as u32;
-    while !desk.0.borrow().is_over() {
+    while !scripted_peer.0.borrow().is_over() {
         for _ in 0..1000 {
             engine.poll().expect("a healthy line");
         }
-        if desk.0.borrow().tick >= early {
+        if scripted_peer.0.borrow().tick >= early {
             let kib = resident_kib();
             early_kib.get_or_insert(kib);
             peak_kib = peak_kib.max(kib);
         }
     }
     engine.poll().expect("a healthy line");
-    let (told, lost) = (desk.0.borrow().told, desk.0.borrow().lost);
+    let (told, lost) = (scripted_peer.0.borrow().told, scripted_peer.0.borrow().lost);
     let (shown, missing) = engine.model().robots[0].ticks;
     engine.finish();
     let played_s = start.elapsed().as_secs_f64();
@@ -243,7 +243,7 @@ fn day(ticks: u64, directory: &Path) -> Row {
         && last_tick.is_some()
         && recording.failed.is_none()
         && error.is_none();
-    Row::new(
+    FigureRow::new(
         "a day of telemetry through a console",
         "memory flat, recording readable to its end",
         format!(

@@ -6,20 +6,20 @@ use hal_sim::Fault;
 use hal_sim::radio::{LONGEST_HEARD, Trouble};
 use rand::RngExt;
 use rand_pcg::Pcg64;
-use workbench::incident::Incident;
-use workbench::serial::Cable;
+use testbed::injected_event::InjectedEvent;
+use testbed::serial::Cable;
 
 use super::mode::Mode;
 
 /// What must come of a fault while the robot drives. In every case: no bridge that is on in `Fault`, none that comes on again
-/// by itself, nothing driven but what was ordered, and the bridge off after the console has gone.
+/// by itself, nothing driven but what was commanded, and the bridge off after the console has gone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Must {
     /// The supervisor finds it: bridge off within the bound of what it calls it, one of these, or of what it is, the first.
     Found(&'static [Cause]),
     /// The link is gone: bridge off within `command_bound_s` of the last frame that counted.
     LinkLost,
-    /// Everything comes too late to count but orders, until their deadline: bridge off within `command_bound_s` of that, or
+    /// Everything comes too late to count but commands, until their deadline: bridge off within `command_bound_s` of that, or
     /// of the fault.
     HeldBack,
     /// The bridge opens with the fault itself.
@@ -28,7 +28,7 @@ pub enum Must {
     Bitten,
     /// The bridge is off within this time, s, whoever ends it.
     Bounded(f64),
-    /// The robot goes on with what was ordered.
+    /// The robot goes on with what was commanded.
     GoOn,
     /// It goes on, or stops: either is safe.
     Either,
@@ -54,12 +54,12 @@ pub struct Case {
     /// Its name, for the table and for `--fault`.
     pub name: &'static str,
     /// What happens, how many µs after the fault's time.
-    pub incidents: fn(&mut Pcg64) -> Vec<(u64, Incident)>,
+    pub injected_events: fn(&mut Pcg64) -> Vec<(u64, InjectedEvent)>,
     /// What the console does.
     pub host: Host,
     /// What must come of it.
     pub must: Must,
-    /// It begins before the first order, so that there is something to replay.
+    /// It begins before the first command, so that there is something to replay.
     pub early: bool,
     /// With the bridge off it need not show: no current tells of the motor, and the wiper of a shaft that stands may rest in
     /// the gap or at an end, where its reading cannot change. Such runs are counted apart.
@@ -78,38 +78,38 @@ const OPEN: &[Cause] = &[Cause::SensorOpen, Cause::Stall, Cause::SensorFrozen, C
 const STUCK: &[Cause] = &[Cause::SensorFrozen, Cause::SensorShorted, Cause::Stall, Cause::SensorOpen, Cause::Runaway];
 const REVERSED: &[Cause] = &[Cause::Runaway, Cause::SensorOpen];
 
-const fn case(name: &'static str, must: Must, incidents: fn(&mut Pcg64) -> Vec<(u64, Incident)>) -> Case {
-    Case { name, incidents, host: Host::Goes, must, early: false, hides_at_rest: false }
+const fn case(name: &'static str, must: Must, injected_events: fn(&mut Pcg64) -> Vec<(u64, InjectedEvent)>) -> Case {
+    Case { name, injected_events, host: Host::Goes, must, early: false, hides_at_rest: false }
 }
 
-const fn part(name: &'static str, must: Must, incidents: fn(&mut Pcg64) -> Vec<(u64, Incident)>) -> Case {
-    Case { hides_at_rest: true, ..case(name, must, incidents) }
+const fn part(name: &'static str, must: Must, injected_events: fn(&mut Pcg64) -> Vec<(u64, InjectedEvent)>) -> Case {
+    Case { hides_at_rest: true, ..case(name, must, injected_events) }
 }
 
 const fn host(name: &'static str, host: Host, must: Must) -> Case {
     Case { host, ..case(name, must, |_| Vec::new()) }
 }
 
-fn now(incident: Incident) -> Vec<(u64, Incident)> {
-    vec![(0, incident)]
+fn now(injected_event: InjectedEvent) -> Vec<(u64, InjectedEvent)> {
+    vec![(0, injected_event)]
 }
 
-fn broken(fault: Fault) -> Vec<(u64, Incident)> {
-    now(Incident::Fault(0, fault))
+fn broken(fault: Fault) -> Vec<(u64, InjectedEvent)> {
+    now(InjectedEvent::Fault(0, fault))
 }
 
-fn air(trouble: Trouble) -> Vec<(u64, Incident)> {
-    now(Incident::Air(trouble))
+fn air(trouble: Trouble) -> Vec<(u64, InjectedEvent)> {
+    now(InjectedEvent::Air(trouble))
 }
 
 /// Frames of a length from somebody else, one every 50 µs to 1 ms, until the end.
-fn flood(random: &mut Pcg64, length: usize) -> Vec<(u64, Incident)> {
-    now(Incident::Flood { every_us: random.random_range(50..1000), length })
+fn flood(random: &mut Pcg64, length: usize) -> Vec<(u64, InjectedEvent)> {
+    now(InjectedEvent::Flood { every_us: random.random_range(50..1000), length })
 }
 
-/// Nothing passes for so long, µs.
-fn silence(for_us: u64) -> Vec<(u64, Incident)> {
-    vec![(0, Incident::Air(Trouble { silence: true, ..NONE })), (for_us, Incident::Air(NONE))]
+/// Length of a silence, µs.
+fn silence(for_us: u64) -> Vec<(u64, InjectedEvent)> {
+    vec![(0, InjectedEvent::Air(Trouble { silence: true, ..NONE })), (for_us, InjectedEvent::Air(NONE))]
 }
 
 /// Every fault.
@@ -155,47 +155,53 @@ pub const CASES: [Case; 44] = [
         flood(random, length)
     }),
     // What the robot hears then is as old as what it last said: heartbeats count no more.
-    case("radio: a send never ends", Must::HeldBack, |_| now(Incident::RadioStuck(0))),
-    case("radio: no buffers left to send", Must::HeldBack, |_| now(Incident::RadioFull(0))),
-    case("dongle's sends never end", Must::LinkLost, |_| now(Incident::DongleRadioStuck)),
+    case("radio: a send never ends", Must::HeldBack, |_| now(InjectedEvent::RadioStuck(0))),
+    case("radio: no buffers left to send", Must::HeldBack, |_| now(InjectedEvent::RadioFull(0))),
+    case("dongle's sends never end", Must::LinkLost, |_| now(InjectedEvent::DongleRadioStuck)),
     case("radio: a tenth corrupted", Must::GoOn, |_| air(Trouble { corruption_share: Some(0.1), ..NONE })),
     Case { host: Host::IsReplayed, ..case("radio: orders replayed", Must::GoOn, |_| Vec::new()) },
     Case {
         early: true,
         ..case("radio: frames forged and replayed", Must::GoOn, |random| {
-            now(Incident::Attack(random.random_range(1_000..4_000)))
+            now(InjectedEvent::Attack(random.random_range(1_000..4_000)))
         })
     },
     host("console hangs", Host::Hangs, Must::LinkLost),
     host("console killed", Host::Killed, Must::LinkLost),
     host("laptop asleep, and awake again", Host::Sleeps, Must::LinkLost),
     case("dongle unplugged", Must::LinkLost, |random| {
-        now(Incident::Cable(if random.random() { Cable::Broken } else { Cable::Gone }))
+        now(InjectedEvent::Cable(if random.random() { Cable::Broken } else { Cable::Gone }))
     }),
-    case("dongle hangs", Must::LinkLost, |_| now(Incident::DongleHangs)),
+    case("dongle hangs", Must::LinkLost, |_| now(InjectedEvent::DongleHangs)),
     case("dongle reboots", Must::Either, |random| {
-        vec![(0, Incident::DongleHangs), (random.random_range(0..600_000), Incident::DongleBoots)]
+        vec![(0, InjectedEvent::DongleHangs), (random.random_range(0..600_000), InjectedEvent::DongleBoots)]
     }),
-    case("robot out of range", Must::LinkLost, |_| now(Incident::Place(0, 5000.0))),
-    case("tick overrun of 2 to 15 ms", Must::GoOn, |random| now(Incident::Hold(0, random.random_range(2_000..15_000)))),
+    case("robot out of range", Must::LinkLost, |_| now(InjectedEvent::Place(0, 5000.0))),
+    case("tick overrun of 2 to 15 ms", Must::GoOn, |random| {
+        now(InjectedEvent::ProcessorHold(0, random.random_range(2_000..15_000)))
+    }),
     case("tick overrun of 20 to 90 ms", Must::Either, |random| {
-        now(Incident::Hold(0, random.random_range(20_000..90_000)))
+        now(InjectedEvent::ProcessorHold(0, random.random_range(20_000..90_000)))
     }),
     case("control loop starved over and over", Must::Bounded(STARVED_S), |random| {
         let (hung_us, good_us) = (random.random_range(30_000..95_000), random.random_range(5_000..40_000));
-        (0..40).map(|round| (round * (hung_us + good_us), Incident::Hold(0, hung_us))).collect()
+        (0..40).map(|round| (round * (hung_us + good_us), InjectedEvent::ProcessorHold(0, hung_us))).collect()
     }),
-    case("control loop hangs", Must::Bitten, |_| now(Incident::Hold(0, 10_000_000))),
-    case("clock jitter up to 0.4 ms", Must::GoOn, |random| now(Incident::Jitter(0, random.random_range(100..400)))),
-    case("clock leaps ahead", Must::Either, |random| now(Incident::Leap(0, random.random_range(5_000..2_000_000)))),
-    case("clock leaps back", Must::Either, |random| now(Incident::Leap(0, -random.random_range(5_000..600_000)))),
+    case("control loop hangs", Must::Bitten, |_| now(InjectedEvent::ProcessorHold(0, 10_000_000))),
+    case("clock jitter up to 0.4 ms", Must::GoOn, |random| {
+        now(InjectedEvent::Jitter(0, random.random_range(100..400)))
+    }),
+    case("clock leaps ahead", Must::Either, |random| {
+        now(InjectedEvent::Leap(0, random.random_range(5_000..2_000_000)))
+    }),
+    case("clock leaps back", Must::Either, |random| now(InjectedEvent::Leap(0, -random.random_range(5_000..600_000)))),
     case("reset in motion", Must::AtOnce, |random| {
         let resets = [Reset::BrownOut, Reset::PowerOn, Reset::Panic, Reset::External, Reset::Software];
-        now(Incident::Boot(0, resets[random.random_range(0..resets.len())]))
+        now(InjectedEvent::Boot(0, resets[random.random_range(0..resets.len())]))
     }),
     case("power cut, and back", Must::AtOnce, |random| {
         let back_us = random.random_range(50_000..500_000);
-        vec![(0, Incident::PowerCut(0)), (back_us, Incident::Boot(0, Reset::PowerOn))]
+        vec![(0, InjectedEvent::PowerCut(0)), (back_us, InjectedEvent::Boot(0, Reset::PowerOn))]
     }),
 ];
 

@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use control::{Command, State, Stroke};
 
-/// What was ordered.
+/// Command under which the robot runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// 7 Hz.
@@ -25,7 +25,7 @@ pub enum Mode {
     Idle,
 }
 
-/// The frequency that is ordered, Hz.
+/// The frequency that is commanded, Hz.
 const FREQUENCY_HZ: f32 = 7.0;
 /// The turning points and targets, rad.
 const REACH: f32 = 100.0 / 360.0 * TAU;
@@ -49,7 +49,7 @@ const IN_TURN: [Mode; 6] =
     [Mode::Forward, Mode::Position, Mode::Duty, Mode::Backward, Mode::BangBang, Mode::Proportional];
 
 impl Mode {
-    /// The order, and the next ones after it.
+    /// The command, and the next ones after it.
     #[must_use]
     pub fn command(self, index: usize) -> Command {
         let swing = |style| Command::Oscillate { from: -REACH, to: REACH, style };
@@ -87,7 +87,7 @@ impl Mode {
         }
     }
 
-    /// Whether what the bridge is told may be the order's.
+    /// Whether what the bridge is told may be the command's.
     #[must_use]
     pub fn allows(self, duty: f32) -> bool {
         match self {

@@ -6,18 +6,18 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::rc::Rc;
 use std::time::Duration;
 
-use control::protocol::radio::What;
+use control::protocol::radio::Request;
 use control::protocol::secure::Nonce;
 use control::{Command, Parameters, State};
-use description::Robot;
 use link::{Event, Heard, Keys, KnownRobot, Line, LinkError, Outcome, RobotId, Session};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use workbench::bench::Bench;
-use workbench::host_end::HostEnd;
-use workbench::journal::Detail;
-use workbench::serial::Cable;
-use workbench::setup::{Setup, fine};
+use robot_file::Robot;
+use testbed::bench::Bench;
+use testbed::event_log::Detail;
+use testbed::host_end::HostEnd;
+use testbed::serial::Cable;
+use testbed::setup::{Setup, fine};
 
 /// A healthy dongle and healthy robots answer within this time.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -141,22 +141,22 @@ impl Rig {
         }
     }
 
-    /// Orders something and waits for its end.
+    /// Commands something and waits for its end.
     ///
     /// # Panics
     /// The line breaks.
-    pub fn ask(&mut self, robot: usize, what: What) -> Outcome {
-        self.session.ask(RobotId(robot), what, |_| {}).expect("a healthy line")
+    pub fn ask(&mut self, robot: usize, request: Request) -> Outcome {
+        self.session.ask(RobotId(robot), request, |_| {}).expect("a healthy line")
     }
 
-    /// A person clears the fault of a robot that has just started, and orders something: again and again, until it is done.
+    /// A person clears the fault of a robot that has just started, and commands something: repeatedly, until it is done.
     ///
     /// # Panics
     /// The robot refuses.
     pub fn order(&mut self, robot: usize, command: Command) {
         for command in [Command::ClearFault, command] {
             let done = (0..20).any(|_| {
-                matches!(self.ask(robot, What::Command(command)), Outcome::Done(_)) || {
+                matches!(self.ask(robot, Request::Command(command)), Outcome::Done(_)) || {
                     self.meet();
                     false
                 }

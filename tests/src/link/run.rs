@@ -3,21 +3,21 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use control::protocol::radio::{Counters, What};
+use control::protocol::radio::{Counters, Request};
 use control::{Actuation, Fault as Cause, State};
 use hal_sim::radio::AirCounts;
 use link::{Counts, Event, Heard, RobotId};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use workbench::journal::{self, actuations};
+use testbed::event_log::{self, actuations};
 
 use super::fault::{Case, Host};
 use super::mode::Mode;
 use super::rig::{Rig, Template};
 
-/// The first order comes at once, then the fault, not before this time, µs, and after it the end of the console.
+/// The first command comes at once, then the fault, not before this time, µs, and after it the end of the console.
 const FAULT_FROM_US: u64 = 900_000;
-/// Until the motor does what was ordered.
+/// Until the motor does what was commanded.
 const SPUN_UP_US: u64 = 600_000;
 /// The fault comes within this time: several turns.
 const FAULT_WITHIN_US: u64 = 400_000;
@@ -25,19 +25,19 @@ const FAULT_WITHIN_US: u64 = 400_000;
 const WATCHED_US: u64 = 1_300_000;
 /// Longer than the bound of a link that is lost.
 const GONE_US: u64 = 650_000;
-/// A sleep is so long.
+/// Length of a sleep.
 const SLEEP_US: std::ops::Range<u64> = 700_000..2_500_000;
-/// After it the console is watched for so long.
+/// Time for which the console is watched after it.
 const AWAKE_US: u64 = 500_000;
-/// In [`Mode::Position`] the next order comes after so long.
+/// Time until the next command in [`Mode::Position`].
 const MOVE_US: u64 = 100_000;
 /// In [`Mode::Changing`] after this time at least, and sixteen times that at most.
 const CHANGE_US: u64 = 60_000;
-/// Somebody who insists gives the order again after so long.
+/// Time after which a person who insists gives the command again.
 const INSIST_US: u64 = 200_000;
 /// A virtual ms between two looks where nobody polls.
 const LOOK: Duration = Duration::from_millis(1);
-/// A frame is brought again so long after it was sent, as by [`hal_sim::radio::SecondTalker`].
+/// A frame is brought again so long after it was sent, as by [`hal_sim::radio::Adversary`].
 const OLD_US: u64 = 300_000;
 
 /// What a run was about.
@@ -50,7 +50,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// In [`Mode::Changing`] an order stands for so long, µs: as likely short as long.
+    /// In [`Mode::Changing`] a command stands for so long, µs: as likely short as long.
     #[must_use]
     pub fn change_us(self) -> u64 {
         let share = Pcg64::seed_from_u64(self.seed ^ 0xc4a6e).random_range(0.0..1.2);
@@ -102,9 +102,9 @@ pub struct Trace {
     pub orders_us: Vec<u64>,
     /// Looks at which the bridge was on in `Fault`.
     pub on_in_fault: usize,
-    /// Looks at which the robot did what nobody had ordered.
+    /// Looks at which the robot did what nobody had commanded.
     pub not_ordered: usize,
-    /// Orders that counted beyond those that the console sent.
+    /// Commands that counted beyond those that the console sent.
     pub beyond: u32,
     /// When the robot was first seen in `Fault` after the fault's time, µs.
     pub faulted_us: Option<u64>,
@@ -113,7 +113,7 @@ pub struct Trace {
 /// A run under way.
 struct Run<'c> {
     rig: Option<Rig>,
-    end: workbench::host_end::HostEnd,
+    end: testbed::host_end::HostEnd,
     case: Option<&'c Case>,
     task: Task,
     random: Pcg64,
@@ -122,7 +122,7 @@ struct Run<'c> {
     looked_us: u64,
     order_due_us: u64,
     orders: usize,
-    /// Somebody gives the order again and again.
+    /// Somebody gives the command repeatedly.
     insists: bool,
     quarter: Option<(u64, f64)>,
     replayed_us: u64,
@@ -154,9 +154,9 @@ pub fn run(template: &Template, task: Task, case: Option<&Case>) -> Trace {
 }
 
 fn inject(rig: &Rig, case: &Case, at_us: u64, random: &mut Pcg64) {
-    let incidents = (case.incidents)(random);
+    let injected_events = (case.injected_events)(random);
     let mut bench = rig.end.bench();
-    incidents.into_iter().for_each(|(after_us, incident)| bench.at(at_us + after_us, incident));
+    injected_events.into_iter().for_each(|(after_us, injected_event)| bench.at(at_us + after_us, injected_event));
 }
 
 impl<'c> Run<'c> {
@@ -271,7 +271,7 @@ impl<'c> Run<'c> {
         if rig.session.robot(RobotId(0)).waiting() > 0 {
             return;
         }
-        rig.session.order(RobotId(0), What::Command(self.task.mode.command(self.orders)));
+        rig.session.request(RobotId(0), Request::Command(self.task.mode.command(self.orders)));
         self.orders += 1;
         self.trace.orders_us.push(now_us);
     }
@@ -306,7 +306,7 @@ impl<'c> Run<'c> {
         self.looked_us = now_us;
     }
 
-    /// Old orders come again, in the name of the console.
+    /// Old commands come again, in the name of the console.
     fn replay(&mut self) {
         let now_us = self.now_us();
         let replayed = self.case.is_some_and(|case| case.host == Host::IsReplayed);
@@ -316,9 +316,9 @@ impl<'c> Run<'c> {
         self.replayed_us = now_us;
         let bench = self.end.bench();
         let robot = &bench.robots[0];
-        let events = robot.journal.events();
+        let events = robot.event_log.events();
         let old = events.iter().filter_map(|(at_us, event)| match event {
-            journal::Event::Heard { from, payload, .. } if at_us + OLD_US < now_us => Some((*from, payload)),
+            event_log::Event::Heard { from, payload, .. } if at_us + OLD_US < now_us => Some((*from, payload)),
             _ => None,
         });
         let old: Vec<_> = old.collect();
@@ -350,8 +350,8 @@ impl<'c> Run<'c> {
         let gone_us = self.now_us() + GONE_US;
         self.unpolled_until(gone_us);
         let bench = self.end.bench();
-        let events = bench.robots[0].journal.events();
-        self.trace.driven = journal::driven(&events);
+        let events = bench.robots[0].event_log.events();
+        self.trace.driven = event_log::driven(&events);
         self.trace.told = actuations(&events).collect();
         self.trace.told.dedup_by_key(|(_, told)| *told);
         self.trace

@@ -11,18 +11,18 @@ use link::Keys;
 use recording::{Entry, entries};
 use scram::console::Engine;
 use serde_json::json;
-use workbench::journal::Detail;
-use workbench::realtime::{self, Simulation};
-use workbench::setup::{DONGLE, address};
+use testbed::event_log::Detail;
+use testbed::realtime::{self, Simulation};
+use testbed::setup::{DONGLE, address};
 
 use super::Options;
 use super::mode::Mode;
 use super::rig::{Rig, Template};
-use crate::figures::run::Bench;
-use crate::row::Row;
+use crate::figures::run::DesignedRobot;
+use crate::row::FigureRow;
 
 const ROBOTS: usize = 5;
-/// The screen is watched for so long.
+/// Time for which the screen is watched.
 const WATCHED: Duration = Duration::from_secs(20);
 /// Until every robot is there and drives.
 const SETTLED: Duration = Duration::from_secs(5);
@@ -30,20 +30,20 @@ const SETTLED: Duration = Duration::from_secs(5);
 const TICKS_PER_S: f64 = 100.0;
 /// In virtual time a picture takes so long, during which nobody polls: twice what the slowest one takes.
 const PICTURE: Duration = Duration::from_millis(10);
-/// A picture every so often.
+/// Interval between pictures.
 const PICTURES: Duration = Duration::from_millis(100);
 
-/// The rows.
+/// Runs the campaign; one row of the table per requirement.
 #[must_use]
-pub fn rows(bench: &Bench, _: &Options) -> Vec<Row> {
-    vec![cost(bench).unwrap_or_else(|problem| Row::new(WHAT, REQUIRED, problem, false, json!({}))), lost(bench)]
+pub fn rows(bench: &DesignedRobot, _: &Options) -> Vec<FigureRow> {
+    vec![cost(bench).unwrap_or_else(|problem| FigureRow::new(WHAT, REQUIRED, problem, false, json!({}))), lost(bench)]
 }
 
 const WHAT: &str = "console's screen, 5 robots with 100 messages a second each";
 /// What it costs depends on the machine, and is only told: `cargo bench -p scram --bench screen` measures a picture.
 const REQUIRED: &str = "all drive, are drawn and recorded";
 
-fn cost(bench: &Bench) -> Result<Row, String> {
+fn cost(bench: &DesignedRobot) -> Result<FigureRow, String> {
     let console = build()?;
     let directory = tempfile::tempdir().map_err(|error| error.to_string())?;
     let (simulation, keys) = simulate(bench, directory.path())?;
@@ -60,7 +60,7 @@ fn cost(bench: &Bench) -> Result<Row, String> {
     let driving = simulation.robots().iter().zip(&driven).filter(|(now, before)| now.driven > **before).count();
     let drawn = screen.quit()?;
     let (rows, gaps) = recorded(directory.path())?;
-    Ok(Row::new(
+    Ok(FigureRow::new(
         WHAT,
         REQUIRED,
         format!(
@@ -87,7 +87,7 @@ fn build() -> Result<PathBuf, String> {
     if built.success() && console.is_file() { Ok(console) } else { Err(format!("{}: not built", console.display())) }
 }
 
-fn simulate(bench: &Bench, directory: &Path) -> Result<(Simulation, PathBuf), String> {
+fn simulate(bench: &DesignedRobot, directory: &Path) -> Result<(Simulation, PathBuf), String> {
     let mut keys = Keys::generate().map_err(|error| error.to_string())?;
     let mut pairings = Vec::new();
     for index in 0..ROBOTS {
@@ -189,7 +189,7 @@ fn recorded(directory: &Path) -> Result<(u64, u64), String> {
 }
 
 /// Telemetry of five robots through a console that draws: what is missing is what the air lost.
-fn lost(bench: &Bench) -> Row {
+fn lost(bench: &DesignedRobot) -> FigureRow {
     let mut perfect = bench.robot.clone();
     if let Some(radio) = &mut perfect.radio {
         (radio.loss_share.value, radio.quiet_loss_share.value) = (0.0, 0.0);
@@ -198,7 +198,7 @@ fn lost(bench: &Bench) -> Row {
     let (shown, missing, ..) = watch(&perfect);
     let (shown_lossy, missing_lossy, unacknowledged, dropped) = watch(&bench.robot);
     let by_radio = 10 * unacknowledged + dropped;
-    Row::new(
+    FigureRow::new(
         "telemetry of 5 robots through a console that draws",
         "no lost telemetry but what the radio lost",
         format!(
@@ -215,7 +215,7 @@ fn lost(bench: &Bench) -> Row {
 
 /// Ticks that came, ticks that are missing, frames that nobody acknowledged, ticks that the robots dropped as their radio did
 /// not keep up.
-fn watch(file: &description::Robot) -> (u64, u64, u64, u64) {
+fn watch(file: &robot_file::Robot) -> (u64, u64, u64, u64) {
     let mut rig = Rig::new(Template::new(file, ROBOTS, Detail::Nothing).seeded(1));
     rig.meet();
     (0..ROBOTS).for_each(|robot| rig.order(robot, Mode::Forward.command(0)));

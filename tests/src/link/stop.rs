@@ -7,13 +7,13 @@ use link::RobotId;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use serde_json::json;
-use workbench::journal::{Detail, actuations};
+use testbed::event_log::{Detail, actuations};
 
 use super::Options;
 use super::mode::Mode;
 use super::rig::{Rig, Template};
-use crate::figures::run::{Bench, for_seeds, median, worst};
-use crate::row::Row;
+use crate::figures::run::{DesignedRobot, for_seeds, median, worst};
+use crate::row::FigureRow;
 
 /// Stops in a session.
 const IN_A_SESSION: u64 = 40;
@@ -27,19 +27,19 @@ const MEASURED_AT: f64 = 1e6;
 /// The rows: robots on the air, at the measured rate and at the one that the firmware sets. At the measured one the telemetry
 /// of two robots takes half of the channel, and that of five is more than it carries: these rows only inform.
 #[must_use]
-pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, options: &Options) -> Vec<FigureRow> {
     let set = bench.robot.radio.as_ref().map_or(MEASURED_AT, |radio| radio.unicast_bit_per_s.value);
     let sessions = (options.runs / 5).div_ceil(IN_A_SESSION).max(1);
     [(1, MEASURED_AT, true), (2, MEASURED_AT, false), (5, set, true), (5, MEASURED_AT, false)]
         .into_iter()
         .map(|(robots, bit_per_s, required)| {
             let row = row(bench, robots, bit_per_s, sessions);
-            if required { row } else { Row::beside(&row.what, row.measured, row.numbers) }
+            if required { row } else { FigureRow::beside(&row.what, row.measured, row.numbers) }
         })
         .collect()
 }
 
-fn row(bench: &Bench, robots: usize, bit_per_s: f64, sessions: u64) -> Row {
+fn row(bench: &DesignedRobot, robots: usize, bit_per_s: f64, sessions: u64) -> FigureRow {
     let stops: Vec<Option<f64>> =
         for_seeds(sessions, |seed| session(bench, robots, bit_per_s, seed)).into_iter().flatten().collect();
     let after_s: Vec<f64> = stops.iter().flatten().copied().collect();
@@ -47,7 +47,7 @@ fn row(bench: &Bench, robots: usize, bit_per_s: f64, sessions: u64) -> Row {
     let (median_s, worst_s) = (median(after_s.iter().copied()), worst(after_s.iter().copied()));
     let mut sorted = after_s.clone();
     let later = |limit_s: f64| after_s.iter().filter(|after_s| **after_s > limit_s).count();
-    Row::new(
+    FigureRow::new(
         &format!("stop key to bridge off, {robots} on the air, {} Mb/s", bit_per_s / 1e6),
         "median 15 ms, worst 60 ms",
         format!(
@@ -64,7 +64,7 @@ fn row(bench: &Bench, robots: usize, bit_per_s: f64, sessions: u64) -> Row {
     )
 }
 
-fn session(bench: &Bench, robots: usize, bit_per_s: f64, seed: u64) -> Vec<Option<f64>> {
+fn session(bench: &DesignedRobot, robots: usize, bit_per_s: f64, seed: u64) -> Vec<Option<f64>> {
     let mut random = Pcg64::seed_from_u64(seed);
     let mut file = bench.robot.clone();
     if let Some(radio) = &mut file.radio {
@@ -97,11 +97,11 @@ fn stop(rig: &mut Rig, robot: usize) -> Option<f64> {
         return None;
     }
     let start = rig.session.now();
-    let _ = rig.end.bench().robots[robot].journal.take();
+    let _ = rig.end.bench().robots[robot].event_log.take();
     rig.session.stop(RobotId(robot)).expect("a healthy line");
     rig.wait_for_stop(robot);
     let bench = rig.end.bench();
-    let events = bench.robots[robot].journal.events();
+    let events = bench.robots[robot].event_log.events();
     let off_us = actuations(&events).find(|(_, told)| !told.enable).map(|(at_us, _)| at_us);
     Some(off_us.map_or(f64::INFINITY, |off_us| off_us as f64 * 1e-6 - start.as_secs_f64()))
 }

@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::time::Instant;
 
-use description::robot::{Correction, Robot, Sensor};
 use diagnose::{DiagnoseError, Diagnosis, Options, Verdict, diagnose};
 use effects::Id;
 use hal_sim::Settings;
 use rayon::prelude::*;
 use recording::Recording;
-use simulation::{Drive, Order, Plan, recording, run};
+use robot_file::robot::{Correction, Robot, Sensor};
+use simulation::{Drive, DriveCommand, Plan, recording, run};
 
 use super::drives::{KINDS, RUN_S, drive};
 
@@ -144,7 +144,7 @@ pub fn examine(set: Set) -> Outcome {
     if let Sensor::Potentiometer(potentiometer) = &mut robot.sensor {
         potentiometer.correction = correction;
     }
-    let top = description::design::ceiling(&robot) / std::f64::consts::TAU;
+    let top = robot_file::design::ceiling(&robot) / std::f64::consts::TAU;
     let runs: Vec<Recording> =
         (0..RUNS.0).into_par_iter().map(|i| simulate(&robot, set.seed, drive(set.first_kind + i * 5, top))).collect();
     if let Expected::Missing(id) = set.expected {
@@ -165,6 +165,6 @@ fn simulate(robot: &Robot, seed: u64, drive: Drive) -> Recording {
 /// The correction that a calibration run of the specimen gives, as `scram identify potentiometer` does; `None` where it
 /// refuses the run.
 fn correction(robot: &Robot, seed: u64) -> Option<Correction> {
-    let run = simulate(robot, seed, Drive::constant(Order::Duty { duty: 0.95 }));
+    let run = simulate(robot, seed, Drive::constant(DriveCommand::Duty { duty: 0.95 }));
     diagnose::identify::potentiometer(robot, &run).ok().map(|fit| fit.correction)
 }

@@ -2,15 +2,15 @@
 //! of them all is 40 000 instructions, a quarter of 1 ms at the ESP32-C3's 160 MHz if each took one cycle.
 
 use control::{Parameters, State, Stroke};
-use description::design::design;
-use description::robot::Robot;
 use hal_sim::Fault;
+use robot_file::design::design;
+use robot_file::robot::Robot;
 use scram::hil::{HilError, Qemu, Remote};
-use simulation::{Break, Order, Plan, Scheduled};
+use simulation::{Break, DriveCommand, Plan, Scheduled};
 
 use super::course::{Course, Disturbance, Outcome, Ran, run};
 use crate::figures::calibration::calibrate;
-use crate::figures::run::{Bench, plan, swing};
+use crate::figures::run::{DesignedRobot, plan, swing};
 
 /// What a scenario may cost, instructions.
 pub struct Scenario {
@@ -40,7 +40,7 @@ impl Robots {
     /// When the robot of that file cannot be calibrated.
     #[must_use]
     pub fn new() -> Self {
-        let bench = Bench::new();
+        let bench = DesignedRobot::new();
         let (calibrated, _) = calibrate(&bench, 1).expect("seed 1 can be calibrated");
         let calibrated = design(&calibrated).unwrap_or_else(|error| panic!("{error}")).parameters;
         Self { robot: bench.robot, uncalibrated: bench.parameters, calibrated }
@@ -99,11 +99,11 @@ fn tracking(ran: &Ran) -> bool {
 /// A fault for every one that the supervisor knows, in the middle of speed and of oscillation.
 fn faults(robots: &Robots) -> Vec<Course> {
     let breaks = Fault::ALL.iter().map(|fault| Break::Robot(*fault)).chain([Break::Link]);
-    let orders = [Order::Freq { hz: 8.0 }, swing(Stroke::BangBang)];
+    let commands = [DriveCommand::Freq { hz: 8.0 }, swing(Stroke::BangBang)];
     breaks
-        .flat_map(|what| orders.map(|order| (what, order)))
-        .map(|(what, order)| {
-            let plan = Plan { faults: vec![Scheduled { at_s: 0.5, what }], ..plan(order, 1.5) };
+        .flat_map(|what| commands.map(|command| (what, command)))
+        .map(|(what, command)| {
+            let plan = Plan { faults: vec![Scheduled { at_s: 0.5, what }], ..plan(command, 1.5) };
             course(&robots.calibrated, plan)
         })
         .collect()
@@ -111,15 +111,19 @@ fn faults(robots: &Robots) -> Vec<Course> {
 
 /// Every number of missed ticks that is caught up with, and one more.
 fn missing(robots: &Robots) -> Vec<Course> {
-    let orders =
-        [Order::Freq { hz: 8.0 }, Order::Freq { hz: -8.0 }, swing(Stroke::BangBang), Order::Position { deg: 90.0 }];
-    orders
+    let commands = [
+        DriveCommand::Freq { hz: 8.0 },
+        DriveCommand::Freq { hz: -8.0 },
+        swing(Stroke::BangBang),
+        DriveCommand::Position { deg: 90.0 },
+    ];
+    commands
         .into_iter()
-        .map(|order| {
+        .map(|command| {
             let disturbances = (1..=20).flat_map(|ticks: u16| {
                 (0..5).map(move |again| (500 + 57 * (5 * usize::from(ticks) + again), Disturbance::Miss(ticks)))
             });
-            let plan = plan(order, 7.0);
+            let plan = plan(command, 7.0);
             Course { disturbances: disturbances.collect(), ..course(&robots.calibrated, plan) }
         })
         .collect()
@@ -131,19 +135,19 @@ pub const SCENARIOS: [Scenario; 10] = [
     Scenario {
         what: "idle",
         budget: 14_500,
-        courses: |r| vec![course(&r.calibrated, plan(Order::Idle, 1.0))],
+        courses: |r| vec![course(&r.calibrated, plan(DriveCommand::Idle, 1.0))],
         counts: |_| true,
     },
     Scenario {
         what: "speed, sensor as it comes",
         budget: 23_000,
-        courses: |r| vec![course(&r.uncalibrated, plan(Order::Freq { hz: 7.0 }, 2.0))],
+        courses: |r| vec![course(&r.uncalibrated, plan(DriveCommand::Freq { hz: 7.0 }, 2.0))],
         counts: tracking,
     },
     Scenario {
         what: "speed, sensor calibrated",
         budget: 27_500,
-        courses: |r| vec![course(&r.calibrated, plan(Order::Freq { hz: 7.0 }, 2.0))],
+        courses: |r| vec![course(&r.calibrated, plan(DriveCommand::Freq { hz: 7.0 }, 2.0))],
         counts: tracking,
     },
     Scenario {
@@ -161,21 +165,21 @@ pub const SCENARIOS: [Scenario; 10] = [
     Scenario {
         what: "position",
         budget: 29_000,
-        courses: |r| vec![course(&r.calibrated, plan(Order::Position { deg: 90.0 }, 2.0))],
+        courses: |r| vec![course(&r.calibrated, plan(DriveCommand::Position { deg: 90.0 }, 2.0))],
         counts: tracking,
     },
     Scenario {
         what: "open loop",
         budget: 24_000,
-        courses: |r| vec![course(&r.calibrated, plan(Order::Duty { duty: 0.9 }, 2.0))],
+        courses: |r| vec![course(&r.calibrated, plan(DriveCommand::Duty { duty: 0.9 }, 2.0))],
         counts: tracking,
     },
     Scenario {
         what: "acquisition of the angle",
         budget: 23_500,
         courses: |r| {
-            let orders = [Order::Freq { hz: 7.0 }, Order::Freq { hz: -7.0 }, swing(Stroke::BangBang)];
-            orders.map(|order| course(&r.calibrated, plan(order, 0.3))).to_vec()
+            let commands = [DriveCommand::Freq { hz: 7.0 }, DriveCommand::Freq { hz: -7.0 }, swing(Stroke::BangBang)];
+            commands.map(|command| course(&r.calibrated, plan(command, 0.3))).to_vec()
         },
         counts: |ran| ran.telemetry.state != State::Idle && !ran.telemetry.tracking,
     },

@@ -24,12 +24,12 @@ pub enum Disturbance {
     Command(Command, i64),
 }
 
-/// A run.
+/// Samples and commands for the controller on the chip.
 #[derive(Clone, Debug)]
 pub struct Course {
     /// What the controller knows.
     pub parameters: Parameters,
-    /// Orders, faults and length.
+    /// Commands, faults and length.
     pub plan: Plan,
     /// Seed of the robot.
     pub seed: u64,
@@ -68,7 +68,7 @@ pub struct Outcome {
 ///
 /// # Panics
 /// When the host's controller refuses the parameters that the chip's has taken.
-pub fn run(robot: &description::Robot, course: &Course, chip: &mut Remote<Qemu>) -> Result<Outcome, HilError> {
+pub fn run(robot: &robot_file::Robot, course: &Course, chip: &mut Remote<Qemu>) -> Result<Outcome, HilError> {
     chip.restart(&course.parameters)?;
     let local = Controller::new(&course.parameters).unwrap_or_else(|error| panic!("{error}"));
     let robot = SimulatedRobot::with(robot, course.seed, &Settings::default());

@@ -4,7 +4,7 @@ use control::Parameters;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use scram::hil::{HilError, Qemu, Remote};
-use simulation::{Drive, Order, Plan, Step};
+use simulation::{Drive, DriveCommand, Plan, Step};
 
 use super::bits::Compared;
 use super::cost::Robots;
@@ -65,7 +65,7 @@ pub fn search(robots: &Robots, courses: u32, chip: &mut Remote<Qemu>) -> Result<
 
 fn fresh(robots: &Robots, random: &mut Pcg64) -> Course {
     let seconds = TICKS as f64 * f64::from(robots.calibrated.tick);
-    let drive = Drive { steps: vec![Step { at_s: 0.0, order: order(random) }], end_s: None };
+    let drive = Drive { steps: vec![Step { at_s: 0.0, command: command(random) }], end_s: None };
     let mut course = Course {
         parameters: parameters(robots, random),
         plan: Plan { drive, seconds, faults: Vec::new() },
@@ -83,16 +83,16 @@ fn parameters(robots: &Robots, random: &mut Pcg64) -> Parameters {
     if random.random_ratio(1, 8) { robots.uncalibrated } else { robots.calibrated }
 }
 
-fn order(random: &mut Pcg64) -> Order {
+fn command(random: &mut Pcg64) -> DriveCommand {
     let style = if random.random() { control::Stroke::BangBang } else { control::Stroke::Proportional };
     match random.random_range(0..8) {
-        0 => Order::Position { deg: random.random_range(-180.0..180.0) },
-        1 => Order::Duty { duty: random.random_range(-1.0..1.0) },
+        0 => DriveCommand::Position { deg: random.random_range(-180.0..180.0) },
+        1 => DriveCommand::Duty { duty: random.random_range(-1.0..1.0) },
         2..=4 => {
             let from_deg = random.random_range(-300.0..200.0);
-            Order::Oscillate { from_deg, to_deg: from_deg + random.random_range(60.0..300.0), style }
+            DriveCommand::Oscillate { from_deg, to_deg: from_deg + random.random_range(60.0..300.0), style }
         }
-        _ => Order::Freq { hz: if random.random() { 1.0 } else { -1.0 } * random.random_range(1.0..8.5) },
+        _ => DriveCommand::Freq { hz: if random.random() { 1.0 } else { -1.0 } * random.random_range(1.0..8.5) },
     }
 }
 
@@ -112,12 +112,12 @@ fn changed(course: &Course, random: &mut Pcg64) -> Course {
     let mut course = course.clone();
     match random.random_range(0..6) {
         0 => course.seed = random.random_range(0..1000),
-        1 => course.plan.drive.steps[0].order = order(random),
+        1 => course.plan.drive.steps[0].command = command(random),
         2 => {
-            // Another order on the way: it turns the drive round.
+            // Another command on the way: it turns the drive round.
             course.plan.drive.steps.truncate(1);
             let at_s = course.plan.seconds * random.random_range(0.2..0.95);
-            course.plan.drive.steps.push(Step { at_s, order: order(random) });
+            course.plan.drive.steps.push(Step { at_s, command: command(random) });
         }
         3 if !course.disturbances.is_empty() => {
             course.disturbances.swap_remove(random.random_range(0..course.disturbances.len()));

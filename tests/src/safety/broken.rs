@@ -1,4 +1,4 @@
-//! What is broken while orders change: alone, two things at once, now and then, and a loop that gets no time.
+//! What is broken while commands change: alone, two things at once, now and then, and a loop that gets no time.
 
 use control::Fault as Cause;
 use hal_sim::Fault;
@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 pub enum Converter {
     /// It works.
     Works,
-    /// Its code is so many ticks old.
+    /// Age of its code, ticks.
     Late(usize),
     /// It fails for so many ticks of so many: its code is anything.
     Loose(u64, u64),
@@ -42,7 +42,7 @@ pub struct Kind {
     pub converter: fn(&mut Pcg64) -> Converter,
     /// How the loop is starved, if it is.
     pub starved: fn(&mut Pcg64) -> Option<Starved>,
-    /// An order stands for so many ticks at least.
+    /// A command stands for so many ticks at least.
     pub shortest: u64,
 }
 
@@ -59,7 +59,7 @@ const fn starved(kind: Kind) -> Kind {
     Kind { starved: |random| Some(pattern(random)), ..kind }
 }
 
-/// What must be found alone, however short the orders.
+/// What must be found alone, however short the commands.
 fn found_alone(random: &mut Pcg64) -> Fault {
     let faults = [
         Fault::Stalled,

@@ -7,10 +7,10 @@ use hal_sim::{Settings, SimulatedRobot};
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::figures::run::{Bench, worst};
-use crate::row::Row;
+use crate::figures::run::{DesignedRobot, worst};
+use crate::row::FigureRow;
 
-/// A script: its name, and the order at a tick.
+/// A script: its name, and the command at a tick.
 type Script = (&'static str, fn(u64) -> Command);
 
 /// The hottest of the thesis's experiments: it oscillates to turn on the spot (chapter 5), and holds up to 8 Hz.
@@ -35,7 +35,7 @@ const MOST_S: u64 = 600;
 
 /// The rows: one a script.
 #[must_use]
-pub fn rows(bench: &Bench, runs: u64) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, runs: u64) -> Vec<FigureRow> {
     let seconds = if runs >= WHOLE { MOST_S } else { LEAST_S };
     let limit = f64::from(bench.parameters.supervisor.overheated.limit);
     SCRIPTS
@@ -44,7 +44,7 @@ pub fn rows(bench: &Bench, runs: u64) -> Vec<Row> {
             let seeds: Vec<u64> = (0..8).collect();
             let heats: Vec<f64> = seeds.into_par_iter().map(|seed| hottest(bench, *command, seed, seconds)).collect();
             let heat = worst(heats);
-            Row::new(
+            FigureRow::new(
                 &format!("healthy for {seconds} s: {name}"),
                 "no fault; a tenth below the limit on heat",
                 format!("heat at most {heat:.2} of {limit:.2}: margin {:.0} %", 100.0 * (limit / heat - 1.0)),
@@ -56,7 +56,7 @@ pub fn rows(bench: &Bench, runs: u64) -> Vec<Row> {
 }
 
 /// The largest heat in the winding, from the simulated current; infinite where the robot stopped.
-fn hottest(bench: &Bench, command: fn(u64) -> Command, seed: u64, seconds: u64) -> f64 {
+fn hottest(bench: &DesignedRobot, command: fn(u64) -> Command, seed: u64, seconds: u64) -> f64 {
     let mut robot = SimulatedRobot::with(&bench.robot, seed, &Settings { charge: Some(1.0), ..Settings::default() });
     let mut controller = Controller::new(&bench.parameters).expect("sound parameters");
     let p = &bench.parameters.motor;

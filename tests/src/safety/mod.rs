@@ -1,11 +1,11 @@
-//! The figures on safety that the project promises: whatever is ordered, and however often, while something is broken, the bridge
-//! goes off in time. Controller and simulated robot alone, so that an order may come in every tick; the same over the radio is
+//! The figures on safety that the project promises: whatever is commanded, and however often, while something is broken, the bridge
+//! goes off in time. Controller and simulated robot alone, so that a command may come in every tick; the same over the radio is
 //! `link`'s campaign of faults. `safety` (the binary) prints the rows; a smaller version runs as an ordinary test.
 
+pub mod assessment;
 pub mod broken;
+pub mod commands;
 pub mod heat;
-pub mod judge;
-pub mod orders;
 pub mod run;
 
 use std::collections::BTreeMap;
@@ -13,13 +13,13 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::figures::run::Bench;
-use crate::row::Row;
+use crate::figures::run::DesignedRobot;
+use crate::row::FigureRow;
+use assessment::SafetyAssessment;
 use broken::{Broken, KINDS, Kind};
-use judge::Verdict;
 use run::Conditions;
 
-/// How much.
+/// Size of the campaign.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Runs, over all kinds of trouble.
@@ -32,7 +32,7 @@ pub struct Options {
 
 /// The rows: one a kind of trouble, and those on heat.
 #[must_use]
-pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
+pub fn rows(bench: &DesignedRobot, options: &Options) -> Vec<FigureRow> {
     let kinds: Vec<&Kind> =
         KINDS.iter().filter(|kind| options.only.as_deref().is_none_or(|part| kind.name.contains(part))).collect();
     let each = options.runs.div_ceil(kinds.len().max(1) as u64);
@@ -42,7 +42,7 @@ pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
         tasks.into_par_iter().map(|(index, seed)| (index, run_one(bench, kinds[index], seed))).collect();
     let mut by_kind: BTreeMap<usize, Vec<Done>> = BTreeMap::new();
     done.into_iter().for_each(|(index, done)| by_kind.entry(index).or_default().push(done));
-    let mut rows: Vec<Row> = by_kind.iter().map(|(index, done)| row(kinds[*index], done)).collect();
+    let mut rows: Vec<FigureRow> = by_kind.iter().map(|(index, done)| row(kinds[*index], done)).collect();
     if options.only.is_none() {
         rows.extend(heat::rows(bench, options.runs));
     }
@@ -52,16 +52,16 @@ pub fn rows(bench: &Bench, options: &Options) -> Vec<Row> {
 /// A run, and what came of it.
 struct Done {
     seed: u64,
-    verdict: Verdict,
+    verdict: SafetyAssessment,
 }
 
-fn run_one(bench: &Bench, kind: &Kind, seed: u64) -> Done {
+fn run_one(bench: &DesignedRobot, kind: &Kind, seed: u64) -> Done {
     let conditions = Conditions::drawn(bench, kind, seed);
-    let verdict = judge::judge(&conditions, &run::run(bench, &conditions));
+    let verdict = assessment::assess(&conditions, &run::run(bench, &conditions));
     Done { seed, verdict }
 }
 
-fn row(kind: &Kind, done: &[Done]) -> Row {
+fn row(kind: &Kind, done: &[Done]) -> FigureRow {
     for bad in done.iter().filter(|done| !done.verdict.unsafe_.is_empty()).take(5) {
         eprintln!("{}, --seed {}: {}", kind.name, bad.seed, bad.verdict.unsafe_.join("; "));
     }
@@ -78,7 +78,7 @@ fn row(kind: &Kind, done: &[Done]) -> Row {
         Broken::Found(_) => "off within the bound of what it is called; heat within its limit",
         Broken::Borne => "nothing unsafe; heat within its limit",
     };
-    Row::new(
+    FigureRow::new(
         kind.name,
         required,
         format!(

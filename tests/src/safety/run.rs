@@ -1,4 +1,4 @@
-//! One run: a robot that follows changing orders, something that breaks, and what the bridge did from then on.
+//! One run: a robot that follows changing commands, something that breaks, and what the bridge did from then on.
 
 use std::collections::VecDeque;
 
@@ -9,14 +9,14 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::broken::{Broken, Converter, Kind, Starved};
-use super::orders::{Orders, Sequence};
-use crate::figures::run::Bench;
+use super::commands::{Orders, Sequence};
+use crate::figures::run::DesignedRobot;
 
 /// The run's length, ticks.
 const TICKS: u64 = 6000;
 /// Something breaks before this tick, or from the start on.
 const BREAKS_BEFORE: u64 = 1500;
-/// A console gives a sign of life every so many ticks.
+/// Ticks between two heartbeats of the console.
 const HEARTBEAT: u64 = 50;
 
 /// What a run is about.
@@ -26,7 +26,7 @@ pub struct Conditions {
     pub seed: u64,
     /// What the controller runs on.
     pub parameters: Parameters,
-    /// The orders.
+    /// The commands.
     pub sequence: Sequence,
     /// What must come of it.
     pub broken: Broken,
@@ -43,7 +43,7 @@ pub struct Conditions {
 impl Conditions {
     /// Draws them. Every other seed has the weakest failsafes that are ever taken.
     #[must_use]
-    pub fn drawn(bench: &Bench, kind: &Kind, seed: u64) -> Self {
+    pub fn drawn(bench: &DesignedRobot, kind: &Kind, seed: u64) -> Self {
         let mut random = Pcg64::seed_from_u64(seed);
         let parameters = if seed.is_multiple_of(2) { bench.parameters } else { weakest(&bench.parameters) };
         Self {
@@ -108,7 +108,7 @@ pub struct Outcome {
 
 /// Runs it.
 #[must_use]
-pub fn run(bench: &Bench, conditions: &Conditions) -> Outcome {
+pub fn run(bench: &DesignedRobot, conditions: &Conditions) -> Outcome {
     let mut robot = SimulatedRobot::with(&bench.robot, conditions.seed, &Settings::default());
     for fault in &conditions.faults {
         robot.schedule(*fault, conditions.at as f64 * 1e-3);
@@ -119,7 +119,7 @@ pub fn run(bench: &Bench, conditions: &Conditions) -> Outcome {
         conditions,
         robot,
         controller,
-        orders: Orders::new(conditions.sequence.clone(), random.clone()),
+        commands: Orders::new(conditions.sequence.clone(), random.clone()),
         random,
         codes: VecDeque::new(),
         actuation: Actuation::OFF,
@@ -137,7 +137,7 @@ struct Run<'c> {
     conditions: &'c Conditions,
     robot: SimulatedRobot,
     controller: Controller,
-    orders: Orders,
+    commands: Orders,
     random: Pcg64,
     codes: VecDeque<AdcCode>,
     actuation: Actuation,
@@ -150,7 +150,7 @@ impl Run<'_> {
     fn step(&mut self) {
         let mut sample = self.robot.sample();
         sample.angle = self.convert(sample.angle);
-        if let Some(order) = self.orders.due() {
+        if let Some(order) = self.commands.due() {
             let _ = self.controller.command(order, sample.time_us);
         }
         if self.tick.is_multiple_of(HEARTBEAT) {
@@ -186,7 +186,7 @@ impl Run<'_> {
         }
     }
 
-    /// Whether the bridge would drive a current worth mentioning through a motor at rest: from the robot's own numbers.
+    /// Whether the bridge would drive a significant current through a motor at rest: from the robot's own numbers.
     fn drives_current(&self) -> bool {
         let p = &self.conditions.parameters;
         let left_v = f64::from(p.bridge.rail) * f64::from(self.actuation.duty.abs()) - f64::from(p.bridge.drop);

@@ -141,9 +141,9 @@ pub(super) fn trimmed(
 pub enum GapBehaviour {
     /// Held the last voltage.
     Hold,
-    /// Anything.
+    /// Uncorrelated codes over the full scale: the input floats.
     Random,
-    /// Pulled to zero.
+    /// Code 0: a resistor pulls the input to ground.
     Zero,
     /// Held or pulled to zero: turning this way the codes are the same.
     HoldOrZero,
@@ -160,7 +160,7 @@ pub enum ZeroSource {
 }
 
 impl ZeroSource {
-    /// For people.
+    /// Phrase for the report.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {

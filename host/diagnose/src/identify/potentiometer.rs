@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use description::angle_code::{AdcCurve, Track, angle_scale};
-use description::robot::{Potentiometer, Quantity, Robot, Sensor};
+use robot_file::angle_code::{AdcCurve, Track, angle_scale};
+use robot_file::robot::{Potentiometer, Quantity, Robot, Sensor};
 
 use super::arc::{self, Reliable, Zero, ZeroSource};
 use super::curve::{self, Curve, Fit};

@@ -1,7 +1,7 @@
 //! The second of two potentiometers: its correction, and where it stands on the shaft.
 
-use description::angle_code::{AdcCurve, corrected_angle};
-use description::robot::{Correction, Potentiometer, Quantity, Robot, Sensor};
+use robot_file::angle_code::{AdcCurve, corrected_angle};
+use robot_file::robot::{Correction, Potentiometer, Quantity, Robot, Sensor};
 use serde::Serialize;
 
 use super::error::IdentifyError;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use description::angle_code::{AdcCurve, Track};
-use description::robot::{Correction, Robot};
+use robot_file::angle_code::{AdcCurve, Track};
+use robot_file::robot::{Correction, Robot};
 use serde::Serialize;
 
 use super::arc::{Reliable, Zero, ZeroSource};

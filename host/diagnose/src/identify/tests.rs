@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use control::Actuation;
-use description::angle_code::{AdcCurve, corrected_angle};
-use description::robot::{self, InGap, Quantity, Robot, Sensor};
 use hal_sim::{Settings, SimulatedRobot};
+use robot_file::angle_code::{AdcCurve, corrected_angle};
+use robot_file::robot::{self, InGap, Quantity, Robot, Sensor};
 
 use super::{GapBehaviour, IdentifyError, ZeroSource, potentiometer, second_potentiometer};
 use common::wrap;
@@ -219,7 +219,7 @@ fn refusals_say_why() {
 fn a_speed_that_swings_or_jumps_is_refused() {
     let robot = robot();
     let Sensor::Potentiometer(sensor) = &robot.sensor else { panic!("no potentiometer") };
-    let (converter, track) = (AdcCurve::new(&sensor.adc), description::angle_code::Track::new(sensor));
+    let (converter, track) = (AdcCurve::new(&sensor.adc), robot_file::angle_code::Track::new(sensor));
     let turning = |angle: &dyn Fn(f64) -> f64| {
         let t_s: Vec<f64> = (0..2500).map(|i| 1e-3 * f64::from(i)).collect();
         let codes = t_s.iter().map(|&t| Some(converter.code(track.voltage(angle(t))).round() as u16)).collect();

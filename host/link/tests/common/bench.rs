@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use control::protocol::secure::Nonce;
 use link::{Keys, KnownRobot, Session};
-use workbench::bench::Bench;
-use workbench::host_end::HostEnd;
-use workbench::setup::{DONGLE, Setup, address, pairing};
+use testbed::bench::Bench;
+use testbed::host_end::HostEnd;
+use testbed::setup::{DONGLE, Setup, address, pairing};
 
 use super::robot;
 

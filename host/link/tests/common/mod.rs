@@ -4,7 +4,7 @@ pub mod bench;
 
 use std::path::Path;
 
-use description::Robot;
+use robot_file::Robot;
 
 /// The robot of the project.
 pub fn robot() -> Robot {

@@ -17,7 +17,7 @@ const AMOUNT: [f64; 3] = [0.0, 109.0, 44.0];
 pub struct Cell {
     /// None where there is none.
     pub value: Option<f64>,
-    /// Over the repeats.
+    /// Standard deviation over the repeats.
     pub spread: Option<f64>,
 }
 
@@ -30,14 +30,14 @@ pub enum Scale {
     Amount,
 }
 
-/// A map.
+/// Heat map of one quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     pub title: String,
     pub x_label: String,
     pub y_label: String,
     pub x: Vec<String>,
-    /// From below.
+    /// Labels of the rows, from below.
     pub y: Vec<String>,
     /// `cells[row of y][column of x]`.
     pub cells: Vec<Vec<Cell>>,

@@ -4,7 +4,7 @@ use super::heat::{self, Cell, Map, Scale};
 use super::lines;
 use super::paths::{self, Path};
 use super::{FigureError, tick};
-use sweep::{Component, Condition, Conditions, Measured, Robustness, Stat, Swept, What, error_percent};
+use sweep::{Component, Condition, Conditions, Factor, Measured, Robustness, Stat, Swept, error_percent};
 
 /// Maps of the same sweep that are drawn at most, over the axes that a map does not show.
 const MOST_MAPS: usize = 24;
@@ -62,8 +62,8 @@ fn plane(conditions: &Conditions) -> Plane {
     let mut lengths: Vec<(usize, usize)> =
         (0..conditions.axes.len()).map(|axis| (axis, values(conditions, axis).len())).filter(|(_, n)| *n > 1).collect();
     lengths.sort_by_key(|(axis, count)| (std::cmp::Reverse(*count), *axis));
-    let place = |what: What| lengths.iter().map(|(axis, _)| *axis).find(|axis| conditions.axes[*axis] == what);
-    match (place(What::Frequency), place(What::Alpha), lengths.as_slice()) {
+    let place = |what: Factor| lengths.iter().map(|(axis, _)| *axis).find(|axis| conditions.axes[*axis] == what);
+    match (place(Factor::Frequency), place(Factor::Alpha), lengths.as_slice()) {
         (Some(f), Some(alpha), [_, _]) => Plane::Map(f, alpha),
         (.., [(x, _), (y, _), ..]) => Plane::Map(*x, *y),
         (.., [(x, _)]) => Plane::Line(*x),
@@ -163,7 +163,7 @@ fn cell(stat: Stat) -> Cell {
 
 /// Simulated speeds; beside measured ones and the error (5.1) where there are any.
 fn speeds(conditions: &Conditions, slice: &Slice, measured: Option<&Measured>) -> Result<String, FigureError> {
-    let thesis = (&conditions.axes[slice.x], &conditions.axes[slice.y]) == (&What::Frequency, &What::Alpha);
+    let thesis = (&conditions.axes[slice.x], &conditions.axes[slice.y]) == (&Factor::Frequency, &Factor::Alpha);
     let row = |component: Component| {
         let name = format!("{} / ({}), {}", component.name(), component.unit(), positive(component));
         let simulated = slice.map(conditions, name.clone(), Scale::Signed, |_, c| cell(c.speed(component)));
@@ -228,8 +228,8 @@ fn over(conditions: &Conditions, axis: usize, robustness: Option<&[Robustness]>)
 /// A panel an α, every run's path in it.
 fn trajectories(swept: &Swept) -> Result<String, FigureError> {
     let design = &swept.design;
-    let alpha = design.position(&What::Alpha);
-    let factor = design.position(&What::FrictionFactor);
+    let alpha = design.position(&Factor::Alpha);
+    let factor = design.position(&Factor::FrictionFactor);
     let mut panels: Vec<(f64, Vec<Path>)> = Vec::new();
     for run in swept.runs.iter().filter(|run| !run.path.is_empty()) {
         let point = &design.points[run.point];

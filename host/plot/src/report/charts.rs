@@ -45,7 +45,7 @@ pub(super) fn trace(index: usize, trace: &RolloutTrace, noise_floor: f64) -> Str
 }
 
 /// One sample of a trace in degrees on one continuous scale; NaN where there is no reading.
-struct Row {
+struct ChartPoint {
     t: f64,
     starts: bool,
     measured: f64,
@@ -54,7 +54,7 @@ struct Row {
 }
 
 /// Every rollout drawn on the turn that follows the one before; `origin` (rad) is zero.
-fn on_one_scale(trace: &RolloutTrace, origin: f64) -> Vec<Row> {
+fn on_one_scale(trace: &RolloutTrace, origin: f64) -> Vec<ChartPoint> {
     let (mut shift, mut last) = (0.0, origin);
     let mut rows = Vec::with_capacity(trace.samples.len());
     for sample in &trace.samples {
@@ -63,7 +63,7 @@ fn on_one_scale(trace: &RolloutTrace, origin: f64) -> Vec<Row> {
         }
         last = sample.before + shift;
         let turn = |angle: f64| (angle + shift - origin).to_degrees();
-        rows.push(Row {
+        rows.push(ChartPoint {
             t: sample.t_s,
             starts: sample.starts,
             measured: sample.measured.map_or(f64::NAN, turn),
@@ -75,7 +75,7 @@ fn on_one_scale(trace: &RolloutTrace, origin: f64) -> Vec<Row> {
 }
 
 /// Points of a line that breaks where a rollout begins.
-fn broken(rows: &[Row], value: fn(&Row) -> f64) -> Vec<(f64, f64)> {
+fn broken(rows: &[ChartPoint], value: fn(&ChartPoint) -> f64) -> Vec<(f64, f64)> {
     let mut points = Vec::with_capacity(rows.len());
     for row in rows {
         if row.starts {

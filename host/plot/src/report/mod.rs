@@ -20,7 +20,7 @@ const MOST_PAIRS: usize = 4;
 /// What a report says beside the diagnosis itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct About {
-    /// The robot's name.
+    /// Name from the robot file.
     pub robot: String,
     /// The robot file that was diagnosed.
     pub robot_file: String,

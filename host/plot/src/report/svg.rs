@@ -195,7 +195,7 @@ impl Chart {
         self.py(y).clamp(-1e4, 1e4)
     }
 
-    /// Puts axes, ticks and words around it. `title` is drawn; `description` is for screen readers.
+    /// Puts axes, ticks and words around it. `title` is drawn; `robot_file` is for screen readers.
     #[must_use]
     pub fn finish(self, title: &str, x_label: &str, y_label: &str, description: &str) -> String {
         let Self { width, height, left, right, top, bottom, .. } = self;

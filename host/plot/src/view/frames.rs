@@ -96,6 +96,6 @@ fn scale(rows: &[Vec<f64>], channel: usize) -> [f64; 2] {
 }
 
 fn code(value: f64, [least, step]: [f64; 2]) -> u16 {
-    // A constant channel has no step; a number that is none becomes code 0.
+    // A constant channel has no step; NaN becomes code 0.
     if step > 0.0 { ((value - least) / step).round() as u16 } else { 0 }
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use description::Robot;
 use hal_sim::body::{Drive, Ensemble, Plan, Settings, Track};
+use robot_file::Robot;
 use serde_json::Value;
 
 use super::*;

@@ -1,7 +1,7 @@
 //! Bringing a board up: the steps of `firmware/UNVERIFIED.md` one by one, on a robot through its dongle or on a simulated
 //! board, and a report.
 //!
-//! A [`Step`] orders and measures over the link, and asks an [`Operator`] for what takes hands or an oscilloscope: a person at
+//! A [`Step`] commands and measures over the link, and asks an [`Operator`] for what takes hands or an oscilloscope: a person at
 //! a board, nobody, or a [`simulated`] person who reads the simulated board's pins. What nobody looked at is not checked, never
 //! passed.
 
@@ -16,14 +16,14 @@ mod traffic;
 use std::time::Duration;
 
 use control::{Parameters, protocol};
-use description::Robot;
-use description::angle_code::AdcCurve;
-use description::design::{DesignError, design};
-use description::robot::Sensor;
+use robot_file::Robot;
+use robot_file::angle_code::AdcCurve;
+use robot_file::design::{DesignError, design};
+use robot_file::robot::Sensor;
 
-pub use operator::{Absent, Act, Answers, Look, Operator, Seen};
+pub use operator::{Absent, Act, Answers, Observation, Operator, Seen};
 pub use report::Report;
-pub use step::{Check, Checked, Chip, Step, Verdict};
+pub use step::{Check, Checked, Chip, Step, StepResult};
 pub use steps::all as steps;
 
 use link::{LinkError, RobotId};
@@ -32,9 +32,9 @@ use rig::{AnySession, Rig};
 /// Where a board is brought up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// On a bench.
+    /// On a real board, with an operator.
     Bench,
-    /// Nowhere.
+    /// On the simulated robot.
     Simulated,
 }
 
@@ -49,7 +49,7 @@ pub struct Options {
     pub length: Duration,
     /// How often a step is repeated that wants it often.
     pub repeats: u32,
-    /// Where.
+    /// Real board or simulation.
     pub place: Place,
     /// The converter of the robot file.
     pub curve: Option<AdcCurve>,
@@ -104,7 +104,7 @@ pub fn walk(session: AnySession, robot: RobotId, operator: &mut dyn Operator, op
         }
         if let Some(error) = &broken {
             let (what, found) = ("the rest".to_owned(), error.to_string());
-            checks.push(Check { what, found, expected: String::new(), verdict: Verdict::NotChecked });
+            checks.push(Check { what, found, expected: String::new(), verdict: StepResult::NotChecked });
         }
         let checked = Checked::new(step, checks);
         rig.ended(&checked);
@@ -119,9 +119,9 @@ pub fn walk(session: AnySession, robot: RobotId, operator: &mut dyn Operator, op
         injectable,
         program: env!("CARGO_PKG_VERSION"),
         messages: format!("{:08x}", protocol::VERSION),
-        passed: count(Verdict::Passed),
-        failed: count(Verdict::Failed),
-        not_checked: count(Verdict::NotChecked),
+        passed: count(StepResult::Passed),
+        failed: count(StepResult::Failed),
+        not_checked: count(StepResult::NotChecked),
         steps: done,
     }
 }

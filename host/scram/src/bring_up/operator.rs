@@ -7,7 +7,7 @@ use std::time::Duration;
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
 use toml::Value;
 
-use super::step::{Check, Step, Verdict};
+use super::step::{Check, Step, StepResult};
 use link::LinkError;
 
 /// Keeps the session with the robot alive meanwhile.
@@ -41,7 +41,7 @@ pub enum Act {
 }
 
 impl Act {
-    /// For people.
+    /// Phrase for the operator.
     #[must_use]
     pub fn words(self) -> String {
         match self {
@@ -102,7 +102,7 @@ pub enum Signal {
 /// What is expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
-    /// Yes.
+    /// The operator answers "yes".
     Yes,
     /// A number from one to another.
     Between(f64, f64, &'static str),
@@ -122,7 +122,7 @@ impl Expected {
 
 /// A question to whoever reads the instruments.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub struct Observation {
     /// Its key in a file of answers.
     pub key: &'static str,
     /// For people.
@@ -138,16 +138,16 @@ pub struct Look {
 pub enum Seen {
     /// Yes or no.
     Is(bool),
-    /// A number.
+    /// Reading of an instrument, in the question's unit.
     Value(f64),
     /// Nobody looked, and why.
     Nothing(String),
 }
 
-impl Look {
+impl Observation {
     /// What it says about the step.
     #[must_use]
-    pub fn judge(&self, seen: &Seen) -> Check {
+    pub fn evaluate(&self, seen: &Seen) -> Check {
         let (found, good) = match (seen, self.expected) {
             (Seen::Nothing(why), _) => (why.clone(), None),
             (Seen::Is(is), Expected::Yes) => (if *is { "yes" } else { "no" }.to_owned(), Some(*is)),
@@ -158,9 +158,9 @@ impl Look {
             _ => ("an answer of another kind".to_owned(), None),
         };
         let verdict = match good {
-            Some(true) => Verdict::Passed,
-            Some(false) => Verdict::Failed,
-            None => Verdict::NotChecked,
+            Some(true) => StepResult::Passed,
+            Some(false) => StepResult::Failed,
+            None => StepResult::NotChecked,
         };
         Check { what: self.text.to_owned(), found, expected: self.expected.words(), verdict }
     }
@@ -195,7 +195,7 @@ pub trait Operator {
     ///
     /// # Errors
     /// The link broke meanwhile.
-    fn look(&mut self, step: u16, look: &Look, keep: &mut Keep) -> Result<Seen, LinkError>;
+    fn observe(&mut self, step: u16, observation: &Observation, keep: &mut Keep) -> Result<Seen, LinkError>;
 
     /// Lets time pass in which the robot hears nothing.
     fn silence(&mut self, time: Duration);
@@ -281,10 +281,12 @@ impl Operator for Absent<'_> {
 
     fn arm(&mut self) {}
 
-    fn look(&mut self, step: u16, look: &Look, _: &mut Keep) -> Result<Seen, LinkError> {
-        self.asked.insert((step, look.key));
-        let seen = self.answers.0.get(&step).and_then(|table| table.get(look.key));
-        Ok(seen.cloned().unwrap_or_else(|| Seen::Nothing(format!("nobody looked; [{step}] {} in --answers", look.key))))
+    fn observe(&mut self, step: u16, observation: &Observation, _: &mut Keep) -> Result<Seen, LinkError> {
+        self.asked.insert((step, observation.key));
+        let seen = self.answers.0.get(&step).and_then(|table| table.get(observation.key));
+        Ok(seen
+            .cloned()
+            .unwrap_or_else(|| Seen::Nothing(format!("nobody looked; [{step}] {} in --answers", observation.key))))
     }
 
     fn silence(&mut self, time: Duration) {
@@ -317,17 +319,17 @@ mod tests {
 
     #[test]
     fn a_look_passes_within_its_range_only() {
-        let look = Look {
+        let observation = Observation {
             key: "en-falls",
             text: "EN",
             signal: Signal::EnableAfterMark,
             expected: Expected::Between(0.0, 1.0, "ms"),
         };
-        let verdict = |seen| look.judge(&seen).verdict;
-        assert_eq!(verdict(Seen::Value(0.9)), Verdict::Passed);
-        assert_eq!(verdict(Seen::Value(1.1)), Verdict::Failed);
-        assert_eq!(verdict(Seen::Value(f64::NAN)), Verdict::Failed);
-        assert_eq!(verdict(Seen::Is(true)), Verdict::NotChecked);
-        assert_eq!(verdict(Seen::Nothing("x".into())), Verdict::NotChecked);
+        let verdict = |seen| observation.evaluate(&seen).verdict;
+        assert_eq!(verdict(Seen::Value(0.9)), StepResult::Passed);
+        assert_eq!(verdict(Seen::Value(1.1)), StepResult::Failed);
+        assert_eq!(verdict(Seen::Value(f64::NAN)), StepResult::Failed);
+        assert_eq!(verdict(Seen::Is(true)), StepResult::NotChecked);
+        assert_eq!(verdict(Seen::Nothing("x".into())), StepResult::NotChecked);
     }
 }

@@ -4,14 +4,14 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::step::{Check, Checked, Chip, Verdict};
+use super::step::{Check, Checked, Chip, StepResult};
 
-/// What was found.
+/// Results of all steps.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// The robot's name.
+    /// Name from the robot file.
     pub robot: String,
-    /// Its radio address.
+    /// ESP-NOW (MAC) address, as colon-separated hexadecimal bytes.
     pub address: String,
     /// Its chip, as it was told.
     pub chip: Chip,
@@ -36,13 +36,13 @@ pub struct Report {
 impl Report {
     /// How many steps have a verdict.
     #[must_use]
-    pub fn count(&self, verdict: Verdict) -> usize {
+    pub fn count(&self, verdict: StepResult) -> usize {
         self.steps.iter().filter(|step| step.verdict == verdict).count()
     }
 
     /// The numbers of the steps with a verdict.
     #[must_use]
-    pub fn numbers(&self, verdict: Verdict) -> String {
+    pub fn numbers(&self, verdict: StepResult) -> String {
         let numbers = self.steps.iter().filter(|step| step.verdict == verdict).map(|step| step.number.to_string());
         numbers.collect::<Vec<_>>().join(", ")
     }
@@ -71,7 +71,7 @@ impl Report {
             let _ = writeln!(text, "| {} | {} | {} |", step.number, step.title, step.verdict.word());
         }
         for (verdict, heading) in
-            [(Verdict::Failed, "Failed"), (Verdict::NotChecked, "Not checked"), (Verdict::Passed, "Passed")]
+            [(StepResult::Failed, "Failed"), (StepResult::NotChecked, "Not checked"), (StepResult::Passed, "Passed")]
         {
             let _ = writeln!(text, "\n## {heading}");
             let mut steps = self.steps.iter().filter(|step| step.verdict == verdict).peekable();
@@ -101,9 +101,9 @@ fn details(step: &Checked) -> String {
 #[must_use]
 pub fn lines(step: &Checked) -> Vec<String> {
     let of_interest =
-        step.checks.iter().filter(|check| check.verdict == step.verdict && check.verdict != Verdict::Passed);
+        step.checks.iter().filter(|check| check.verdict == step.verdict && check.verdict != StepResult::Passed);
     let line = |check: &Check| match check.verdict {
-        Verdict::NotChecked => format!("{}: {}", check.what, check.found),
+        StepResult::NotChecked => format!("{}: {}", check.what, check.found),
         _ => format!("{}: {}; expected: {}", check.what, check.found, check.expected),
     };
     of_interest.map(line).collect()

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use control::parameters::table;
-use control::protocol::radio::{Batch, InjectedFault, Injection, Reset, Status, What};
+use control::protocol::radio::{Batch, InjectedFault, Injection, Request, Reset, Status};
 use control::{Command, Fault, Refusal, State, Unready};
 
-use super::operator::{Act, Look, Operator, Seen};
-use super::step::{Check, Step, Verdict, Wiring};
+use super::operator::{Act, Observation, Operator, Seen};
+use super::step::{Check, Step, StepResult, Wiring};
 use super::traffic::Traffic;
 use super::{Options, Place};
 use link::{Event, Line, LinkError, Outcome, RobotId, Session};
@@ -19,7 +19,7 @@ pub type AnySession = Session<Box<dyn Line>>;
 const BOOTS: Duration = Duration::from_secs(15);
 /// A fault shows in telemetry within this time after it has begun, whatever its bound.
 const FAULT: Duration = Duration::from_secs(5);
-/// What is ordered shows in telemetry within this time.
+/// What is commanded shows in telemetry within this time.
 const SHOWS: Duration = Duration::from_millis(200);
 /// A robot that has just started, written its flash, or was starved is ready to drive within this time.
 const READY: Duration = Duration::from_secs(5);
@@ -145,21 +145,21 @@ impl<'r> Rig<'r> {
         self.stop()?;
         if self.status().is_some_and(|status| status.injectable) {
             let nothing = Injection { fault: InjectedFault::None, for_ms: 0 };
-            self.session.ask(self.robot, What::Inject(nothing), |_| {})?;
+            self.session.ask(self.robot, Request::Inject(nothing), |_| {})?;
         }
         Ok(())
     }
 
     /// Notes a part of the step.
     pub fn check(&mut self, what: &str, found: String, expected: &str, good: bool) {
-        let verdict = if good { Verdict::Passed } else { Verdict::Failed };
+        let verdict = if good { StepResult::Passed } else { StepResult::Failed };
         self.checks.push(Check { what: what.into(), found, expected: expected.into(), verdict });
     }
 
     /// Notes a part that nobody looked at.
     pub fn unchecked(&mut self, what: &str, why: &str) {
         let (what, found) = (what.to_owned(), why.to_owned());
-        self.checks.push(Check { what, found, expected: String::new(), verdict: Verdict::NotChecked });
+        self.checks.push(Check { what, found, expected: String::new(), verdict: StepResult::NotChecked });
     }
 
     /// The same, and the step ends there.
@@ -192,19 +192,19 @@ impl<'r> Rig<'r> {
     }
 
     /// Reads an instrument, and notes it.
-    pub fn look(&mut self, look: &Look) -> Result<Seen, Halt> {
-        let seen = self.see(look)?;
-        self.checks.push(look.judge(&seen));
+    pub fn observe(&mut self, observation: &Observation) -> Result<Seen, Halt> {
+        let seen = self.see(observation)?;
+        self.checks.push(observation.evaluate(&seen));
         Ok(seen)
     }
 
     /// Reads an instrument.
-    pub fn see(&mut self, look: &Look) -> Result<Seen, Halt> {
+    pub fn see(&mut self, observation: &Observation) -> Result<Seen, Halt> {
         let Self { operator, session, number, .. } = self;
-        Ok(operator.look(*number, look, &mut || session.poll().map(drop))?)
+        Ok(operator.observe(*number, observation, &mut || session.poll().map(drop))?)
     }
 
-    /// Says nothing to the robot for so long.
+    /// Sends nothing to the robot for `time`.
     pub fn silence(&mut self, time: Duration) {
         self.operator.silence(time);
     }
@@ -257,13 +257,13 @@ impl<'r> Rig<'r> {
         }
     }
 
-    /// Orders something.
-    pub fn ask(&mut self, what: What) -> Result<Outcome, Halt> {
+    /// Sends a request and waits for its outcome.
+    pub fn ask(&mut self, what: Request) -> Result<Outcome, Halt> {
         Ok(self.session.ask(self.robot, what, |_| {})?)
     }
 
-    /// Orders something that must be done.
-    pub fn must(&mut self, what: What) -> Result<(), Halt> {
+    /// Commands something that must be done.
+    pub fn must(&mut self, what: Request) -> Result<(), Halt> {
         let outcome = self.ask(what)?;
         if matches!(outcome, Outcome::Done(_)) {
             return Ok(());
@@ -276,7 +276,7 @@ impl<'r> Rig<'r> {
     fn must_once_ready(&mut self, command: Command) -> Result<(), Halt> {
         let end = self.session.now() + READY;
         loop {
-            let outcome = self.ask(What::Command(command))?;
+            let outcome = self.ask(Request::Command(command))?;
             let waits = matches!(
                 outcome,
                 Outcome::Refused(
@@ -316,7 +316,7 @@ impl<'r> Rig<'r> {
         Err(Halt::Noted)
     }
 
-    /// Stops.
+    /// Stops the motor and waits until telemetry says that the bridge is off.
     pub fn stop(&mut self) -> Result<(), Halt> {
         if self.telemetry().is_some_and(|batch| !batch.state.is_driving())
             || self.session.stop_and_wait(self.robot, SHOWS * 10, |_| {})
@@ -342,7 +342,7 @@ impl<'r> Rig<'r> {
         if !self.status().is_some_and(|status| status.injectable) {
             return Err(self.skip(&format!("{fault:?}"), "the image makes no faults: cargo flash-robot CHIP --inject"));
         }
-        self.must(What::Inject(Injection { fault, for_ms }))
+        self.must(Request::Inject(Injection { fault, for_ms }))
     }
 
     /// Waits for a robot that something has perhaps reset since `since` on the line's clock.
@@ -424,7 +424,7 @@ impl<'r> Rig<'r> {
     pub fn parameter(&mut self, name: &str) -> Result<f64, Halt> {
         let index = table::find(name);
         let outcome = match index {
-            Some(index) => self.ask(What::Get(index))?,
+            Some(index) => self.ask(Request::Get(index))?,
             None => Outcome::Absent,
         };
         if let Outcome::Done(Some(value)) = outcome {

@@ -4,19 +4,19 @@ use std::time::Duration;
 
 use control::protocol::radio::Reset;
 use control::protocol::secure::Nonce;
-use description::Robot;
-use description::robot::Sensor;
 use hal_sim::Fault;
 use hal_sim::adc::Adc;
 use miette::{Report as Trouble, miette};
+use robot_file::Robot;
+use robot_file::robot::Sensor;
 use shell::pwm::{Wires, slow_decay};
-use workbench::bench::Bench;
-use workbench::host_end::HostEnd;
-use workbench::incident::Incident;
-use workbench::journal::{Detail, Event, actuations, driven};
-use workbench::setup::{DONGLE, Setup, address, pairing};
+use testbed::bench::Bench;
+use testbed::event_log::{Detail, Event, actuations, driven};
+use testbed::host_end::HostEnd;
+use testbed::injected_event::InjectedEvent;
+use testbed::setup::{DONGLE, Setup, address, pairing};
 
-use super::operator::{Act, Input, Keep, Look, Operator, Seen, Signal};
+use super::operator::{Act, Input, Keep, Observation, Operator, Seen, Signal};
 use super::report::Report;
 use super::step::{Checked, Step};
 use super::{Options, walk};
@@ -73,14 +73,14 @@ struct Simulated<'e> {
 }
 
 impl Simulated<'_> {
-    fn happen(&self, incident: Incident) {
-        self.line.bench().happen(incident);
+    fn apply(&self, injected_event: InjectedEvent) {
+        self.line.bench().apply(injected_event);
     }
 
     fn off_and_on(&self, off: Duration, reset: Reset) {
-        self.happen(Incident::PowerCut(0));
+        self.apply(InjectedEvent::PowerCut(0));
         self.line.wait(off);
-        self.happen(Incident::Boot(0, reset));
+        self.apply(InjectedEvent::Boot(0, reset));
     }
 
     /// Breaks something of the robot, or mends it.
@@ -97,7 +97,7 @@ impl Simulated<'_> {
     fn signal(&self, signal: Signal) -> Seen {
         let bench = self.line.bench();
         let robot = &bench.robots[0];
-        let events = robot.journal.events();
+        let events = robot.event_log.events();
         match signal {
             Signal::EnableAfterMark => after_mark(&events),
             Signal::EnableLow => Seen::Is(driven(&events).is_empty()),
@@ -155,9 +155,9 @@ impl Operator for Simulated<'_> {
         let second = Duration::from_secs(1);
         match act {
             Act::PowerCycle | Act::HoldReset => self.off_and_on(second, Reset::PowerOn),
-            Act::ResetButton => self.happen(Incident::Boot(0, Reset::PowerOn)),
-            Act::UsbReset => self.happen(Incident::Boot(0, Reset::External)),
-            Act::Halt => self.happen(Incident::Busy(0, 2_000_000)),
+            Act::ResetButton => self.apply(InjectedEvent::Boot(0, Reset::PowerOn)),
+            Act::UsbReset => self.apply(InjectedEvent::Boot(0, Reset::External)),
+            Act::Halt => self.apply(InjectedEvent::Busy(0, 2_000_000)),
             Act::BrownOut => self.off_and_on(second / 10, Reset::BrownOut),
             Act::Motor(plugged) => self.fault((!plugged).then_some(Fault::MotorOpen)),
             Act::HoldShaft(held) => self.fault(held.then_some(Fault::Stalled)),
@@ -173,17 +173,17 @@ impl Operator for Simulated<'_> {
     }
 
     fn arm(&mut self) {
-        drop(self.line.bench().robots[0].journal.take());
+        drop(self.line.bench().robots[0].event_log.take());
     }
 
-    fn look(&mut self, _: u16, look: &Look, keep: &mut Keep) -> Result<Seen, LinkError> {
-        if look.signal == Signal::Flashes {
+    fn observe(&mut self, _: u16, observation: &Observation, keep: &mut Keep) -> Result<Seen, LinkError> {
+        if observation.signal == Signal::Flashes {
             let end = self.line.now() + PATTERNS;
             while self.line.now() < end {
                 keep()?;
             }
         }
-        Ok(self.signal(look.signal))
+        Ok(self.signal(observation.signal))
     }
 
     fn silence(&mut self, time: Duration) {

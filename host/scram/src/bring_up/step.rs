@@ -36,7 +36,7 @@ pub enum Wiring {
     Motor,
 }
 
-/// A step.
+/// Step of the bring-up: a claim about the board and how it is checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
     /// Its number in `firmware/UNVERIFIED.md`.
@@ -55,19 +55,19 @@ pub struct Step {
     pub(super) run: fn(&mut Rig) -> Result<(), Halt>,
 }
 
-/// What became of a step or of a part of it.
+/// Result of a step or of one of its checks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// As claimed.
+pub enum StepResult {
+    /// Every part is within its bound.
     Passed,
-    /// Not as claimed.
+    /// At least one part is outside its bound.
     Failed,
-    /// Nobody looked.
+    /// Not measured, or the operator could not tell.
     NotChecked,
 }
 
-impl Verdict {
+impl StepResult {
     /// For people.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -103,7 +103,7 @@ pub struct Check {
     /// What was expected.
     pub expected: String,
     /// What became of it.
-    pub verdict: Verdict,
+    pub verdict: StepResult,
 }
 
 /// A step that was done.
@@ -116,7 +116,7 @@ pub struct Checked {
     /// What a person needs for it.
     pub needs: &'static str,
     /// What became of it.
-    pub verdict: Verdict,
+    pub verdict: StepResult,
     /// Its parts.
     pub checks: Vec<Check>,
 }
@@ -125,14 +125,14 @@ impl Checked {
     /// From its parts.
     #[must_use]
     pub fn new(step: &Step, checks: Vec<Check>) -> Self {
-        let verdict = Verdict::of(checks.iter().map(|check| check.verdict));
+        let verdict = StepResult::of(checks.iter().map(|check| check.verdict));
         Self { number: step.number, title: step.title, needs: step.needs, verdict, checks }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Verdict::{Failed, NotChecked, Passed};
+    use super::StepResult::{Failed, NotChecked, Passed};
     use super::*;
 
     #[test]
@@ -144,7 +144,7 @@ mod tests {
             (&[NotChecked, Failed, Passed], Failed),
             (&[Failed, NotChecked], Failed),
         ] {
-            assert_eq!(Verdict::of(parts.iter().copied()), whole, "{parts:?}");
+            assert_eq!(StepResult::of(parts.iter().copied()), whole, "{parts:?}");
         }
     }
 }

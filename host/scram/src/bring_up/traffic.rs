@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use control::Command;
-use control::protocol::radio::{Reset, Status, What};
+use control::protocol::radio::{Request, Reset, Status};
 
 use super::operator::number;
 use super::rig::{GENTLE, Halt, Rig};
@@ -34,7 +34,7 @@ pub struct Traffic {
     pub lost_sessions: u32,
     /// Statuses after a boot.
     pub boots: Vec<Reset>,
-    /// Orders that were not done.
+    /// Commands that were not done.
     pub undone: u32,
     /// Faults that ended a drive.
     pub faults: Vec<String>,
@@ -119,14 +119,14 @@ impl Traffic {
     }
 
     fn order(&mut self, rig: &mut Rig) -> Result<(), Halt> {
-        let value = match rig.ask(What::Get(0))? {
+        let value = match rig.ask(Request::Get(0))? {
             Outcome::Done(Some(value)) => value,
             _ => {
                 self.undone += 1;
                 return Ok(());
             }
         };
-        let set = rig.ask(What::Set { index: 0, value: value.now })?;
+        let set = rig.ask(Request::Set { index: 0, value: value.now })?;
         self.undone += u32::from(!matches!(set, Outcome::Done(_)));
         Ok(())
     }

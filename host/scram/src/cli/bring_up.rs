@@ -9,14 +9,15 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use control::protocol::dongle::Address;
-use description::Robot;
-use description::design::DesignError;
 use link::{Line, LinkError, SerialLine, Session};
 use miette::{IntoDiagnostic, Report as Trouble, WrapErr, miette};
+use robot_file::Robot;
+use robot_file::design::DesignError;
 use scram::bring_up::operator::{Expected, Keep};
 use scram::bring_up::report::lines;
 use scram::bring_up::{
-    Absent, Act, Answers, Checked, Chip, Look, Operator, Options, Report, Seen, Step, Verdict, simulated, steps, walk,
+    Absent, Act, Answers, Checked, Chip, Observation, Operator, Options, Report, Seen, Step, StepResult, simulated,
+    steps, walk,
 };
 
 use super::console::list_of_ports;
@@ -123,7 +124,7 @@ impl BringUp {
         }
         if report.failed > 0 {
             let help = format!("what was found and what was expected is in {}", files[1].display());
-            return Err(miette!(help = help, "failed: step {}", report.numbers(Verdict::Failed)).into());
+            return Err(miette!(help = help, "failed: step {}", report.numbers(StepResult::Failed)).into());
         }
         Ok(())
     }
@@ -271,10 +272,10 @@ impl Operator for Person {
 
     fn arm(&mut self) {}
 
-    fn look(&mut self, _: u16, look: &Look, keep: &mut Keep) -> Result<Seen, LinkError> {
-        say(&wrapped(&format!("{}?", look.text), INDENT));
+    fn observe(&mut self, _: u16, observation: &Observation, keep: &mut Keep) -> Result<Seen, LinkError> {
+        say(&wrapped(&format!("{}?", observation.text), INDENT));
         loop {
-            let (prompt, unit) = match look.expected {
+            let (prompt, unit) = match observation.expected {
                 Expected::Yes => ("y, n, s: skip".to_owned(), false),
                 Expected::Between(_, _, unit) | Expected::Number(unit) => {
                     (format!("a number{}{unit}, s: skip", if unit.is_empty() { "" } else { " in " }), true)
@@ -341,9 +342,9 @@ fn summary(report: &Report) -> String {
     let row = |what: &str, count: usize, verdict| format!("{what:<12} {count:>3}  {}", list(verdict));
     let rows = [
         format!("{} ({}), {simulated}", report.robot, report.chip.name()),
-        row("passed", report.passed, Verdict::Passed),
-        row("failed", report.failed, Verdict::Failed),
-        row("not checked", report.not_checked, Verdict::NotChecked),
+        row("passed", report.passed, StepResult::Passed),
+        row("failed", report.failed, StepResult::Failed),
+        row("not checked", report.not_checked, StepResult::NotChecked),
     ];
     rows.map(|row| wrapped_under(&row, 18)).join("\n")
 }

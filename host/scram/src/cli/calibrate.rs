@@ -9,13 +9,13 @@ use std::time::Duration;
 
 use clap::Args;
 use control::protocol::dongle::Address;
-use description::Robot;
-use description::design::design;
 use diagnose::identify::{IdentifyError, PotentiometerFit, potentiometer, require_potentiometer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use link::{LinkError, Recorder, RobotId, SerialLine, Session, Spin};
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
 use recording::{Metadata, Recording, write_csv_with, write_mcap_with};
+use robot_file::Robot;
+use robot_file::design::design;
 use serde::Serialize;
 
 use super::pair::KeysFile;
@@ -67,7 +67,7 @@ pub struct Calibrate {
     common: Common,
 }
 
-/// What `--json` prints.
+/// JSON object that `--json` prints to stdout.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
@@ -105,7 +105,7 @@ impl Calibrate {
         let mut recording = spin.recorder.recording(expected.tick_s);
         // What the correction names as its source.
         recording.path = PathBuf::from("run.mcap");
-        match spin.end.map_err(Report::from).and_then(|()| judge(&spin.recorder, &recording, &expected)) {
+        match spin.end.map_err(Report::from).and_then(|()| evaluate(&spin.recorder, &recording, &expected)) {
             Ok(fit) => self.succeed(&fit, &recording, &spin.recorder, address, &expected.robot),
             Err(error) => Err(self.fail(error, &recording, &spin.recorder, address, &expected.robot).into()),
         }
@@ -239,7 +239,7 @@ impl Calibrate {
 }
 
 /// The correction, or why a whole run gives none.
-fn judge(recorder: &Recorder, recording: &Recording, expected: &Expected) -> Result<PotentiometerFit, Report> {
+fn evaluate(recorder: &Recorder, recording: &Recording, expected: &Expected) -> Result<PotentiometerFit, Report> {
     recorder.check_tick(expected.tick_s)?;
     if recorder.lost_share() > MOST_LOST {
         return Err(miette!(

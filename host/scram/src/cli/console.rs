@@ -7,15 +7,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
-use description::Robot;
 use link::serial;
 use link::{Keys, SerialLine, Session};
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
-use scram::console::runner::{self, End, Told};
+use robot_file::Robot;
+use scram::console::runner::{self, End, Output};
 use scram::console::screen::{self, ScreenOptions};
 use scram::console::{Engine, HELP};
-use workbench::realtime::{Options, Simulation};
-use workbench::setup;
+use testbed::realtime::{Options, Simulation};
+use testbed::setup;
 
 use super::pair::KeysFile;
 use super::{Common, Failure, print, print_json, say};
@@ -220,7 +220,7 @@ impl Console {
     fn tell_state(&self, engine: &Engine<SerialLine>, index: usize) -> Result<(), Report> {
         let Some(state) = runner::robot_state(engine, index) else { return Ok(()) };
         if self.common.json {
-            return print_json(&Told::Robot(Box::new(state)));
+            return print_json(&Output::Robot(Box::new(state)));
         }
         let mut line = format!("{} at {}: ", state.robot, state.address);
         match (state.present, state.state) {
@@ -243,19 +243,19 @@ impl Console {
         Ok(())
     }
 
-    fn tell(&self, told: &Told) {
+    fn tell(&self, told: &Output) {
         if self.common.json {
             // A value that cannot be written as JSON does not exist here.
             let _ = print_json(told);
             return;
         }
         match told {
-            Told::Answer { command, text, parameter, .. } if parameter.is_none() => {
+            Output::Answer { command, text, parameter, .. } if parameter.is_none() => {
                 print(&format!("{command}: {text}"))
             }
-            Told::Answer { text, .. } | Told::Note { text, .. } => print(text),
-            Told::Fault { robot, text, .. } => print(&format!("{robot} stopped itself: {text}")),
-            Told::Robot(_) => {}
+            Output::Answer { text, .. } | Output::Note { text, .. } => print(text),
+            Output::Fault { robot, text, .. } => print(&format!("{robot} stopped itself: {text}")),
+            Output::Robot(_) => {}
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use clap::Args;
 use common::conventions::degrees;
-use description::design::{Design as Designed, design};
 use miette::miette;
+use robot_file::design::{Design as Designed, design};
 use serde_json::{Value, json};
 
 use super::settings::Settings;
@@ -49,7 +49,7 @@ fn facts(d: &Designed) -> Vec<(&'static str, String)> {
             .collect();
         shown.join(", ")
     };
-    let margins = |m: &description::design::margins::Margins| {
+    let margins = |m: &robot_file::design::margins::Margins| {
         format!(
             "gain × {:.2} … {:.2}, phase {:.0}°, delay {:.1} ms at {:.0} Hz, distance {:.2}",
             m.gain_down,
@@ -88,7 +88,7 @@ fn as_json(name: &str, d: &Designed) -> Value {
     let poles = |poles: &[nalgebra::Complex<f64>]| poles.iter().map(|p| [p.re, p.im]).collect::<Vec<_>>();
     // JSON has no infinity: a margin without bound is null.
     let finite = |value: f64| value.is_finite().then_some(value);
-    let margins = |m: &description::design::margins::Margins| {
+    let margins = |m: &robot_file::design::margins::Margins| {
         json!({
             "gain_down": m.gain_down,
             "gain_up": finite(m.gain_up),

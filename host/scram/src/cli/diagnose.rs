@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use description::Robot;
-use description::edit::Document;
 use diagnose::{Diagnosis, Options, Progress, diagnose, extend};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use plot::report::{About, html};
 use recording::{Loaded, ReadOptions, Recording};
+use robot_file::Robot;
+use robot_file::edit::Document;
 use scram::progress::bar;
 
 use super::{Common, Done, Failure, print, print_json, say, table};

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
-use description::edit::Document;
 use diagnose::identify::{PotentiometerFit, SecondFit, potentiometer, second_potentiometer};
 use miette::Report;
 use plot::residual_svg;
 use recording::ReadOptions;
+use robot_file::edit::Document;
 use scram::progress::bar;
 use serde::Serialize;
 

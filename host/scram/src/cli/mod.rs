@@ -25,10 +25,10 @@ use std::sync::OnceLock;
 
 use clap::{Args, Parser, Subcommand};
 use common::atomic::write_atomically;
-use description::Robot;
-use description::edit::Document;
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
 use recording::{Loaded, ReadOptions, RecordingError, check_rig, is_disk_full, load_with};
+use robot_file::Robot;
+use robot_file::edit::Document;
 
 /// Simulates, designs, identifies and diagnoses a miniature robot with one actuator.
 #[derive(Parser)]
@@ -236,7 +236,7 @@ fn ask(text: &str) {
     let _ = write!(std::io::stderr(), "{text}");
 }
 
-/// One JSON object.
+/// Prints one JSON object to stdout.
 fn print_json(value: &impl serde::Serialize) -> Result<(), Report> {
     print(&serde_json::to_string(value).into_diagnostic()?);
     Ok(())

@@ -1,10 +1,10 @@
 //! `--set PATH=VALUE`: another value of a quantity of the robot file, for one command.
 
 use clap::Args;
-use description::Robot;
-use description::edit::Document;
 use miette::{Report, miette};
-use sweep::{AxisError, Workshop};
+use robot_file::Robot;
+use robot_file::edit::Document;
+use sweep::{AxisError, VariantBuilder};
 
 use super::{Failure, load_robot};
 
@@ -39,7 +39,7 @@ impl Settings {
             return Ok(robot);
         }
         let document = Document::load(file).map_err(Report::from)?;
-        let workshop = Workshop::of_any(document, robot);
+        let workshop = VariantBuilder::of_any(document, robot);
         for (index, (path, _)) in self.set.iter().enumerate() {
             if workshop.quantity(path).is_none() {
                 return Err(Failure::Usage(unknown(path, &workshop)));
@@ -62,7 +62,7 @@ fn refused(error: &AxisError) -> Report {
 }
 
 /// Says which names are near.
-fn unknown(path: &str, workshop: &Workshop) -> Report {
+fn unknown(path: &str, workshop: &VariantBuilder) -> Report {
     let mut near: Vec<(usize, &str)> =
         workshop.quantities().iter().map(|(known, _)| (distance(path, known), known.as_str())).collect();
     near.sort();

@@ -9,8 +9,8 @@ use plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots, under_title};
 use recording::{Metadata, write_csv_run, write_mcap_run};
 use serde::Serialize;
 use simulation::{
-    Break, ClampedMetrics, Drive, DriveError, FaultReport, Metrics, Order, Plan, Promise, Scheduled, Trace, Walk,
-    WalkMetrics,
+    Break, ClampedMetrics, Drive, DriveCommand, DriveError, ExpectedReaction, FaultReport, Metrics, Plan, Scheduled,
+    Trace, Walk, WalkMetrics,
 };
 
 use super::on_chip::OnChip;
@@ -73,7 +73,7 @@ pub struct Run {
 
 /// What is to run, as the command line and the robot file say it.
 pub struct Task {
-    pub robot: description::Robot,
+    pub robot: robot_file::Robot,
     pub plan: Plan,
     /// On the ground; otherwise on the bench.
     pub walks: bool,
@@ -93,7 +93,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What `--json` prints.
+/// JSON object that `--json` prints to stdout.
 #[derive(Serialize)]
 struct Output<'a> {
     robot: &'a str,
@@ -145,10 +145,10 @@ impl Run {
     /// Writes the files of a run and says what happened.
     pub fn tell(&self, task: &Task, ran: &Ran, chip: Option<&OnChip>) -> Done {
         let (robot, plan, trace) = (&task.robot, &task.plan, &ran.trace);
-        if let Some(why) = trace.orders.first().and_then(|given| given.refusal.as_ref()) {
+        if let Some(why) = trace.commands.first().and_then(|given| given.refusal.as_ref()) {
             let help =
                 "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`";
-            return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.orders[0].order).into());
+            return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.commands[0].command).into());
         }
         let title = self.title(robot, plan, ran);
         let mut files = self.save(ran, robot, &title)?;
@@ -175,7 +175,7 @@ impl Run {
         }
         print(&title);
         if trace.segments().len() > 1 {
-            print(&orders(trace));
+            print(&commands(trace));
         }
         let body = walked.iter().flat_map(walk::facts).chain(clamped.iter().flat_map(walk::clamped_facts));
         print(&table::facts(happened(trace, &metrics).into_iter().chain(body)));
@@ -197,14 +197,14 @@ impl Run {
     }
 
     /// "scram-26, freq:7 for 2 s, seed 1", and whether and how it stands on the ground.
-    fn title(&self, robot: &description::Robot, plan: &Plan, ran: &Ran) -> String {
+    fn title(&self, robot: &robot_file::Robot, plan: &Plan, ran: &Ran) -> String {
         let what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
         let place = ran.walk.as_ref().map_or_else(|| "the motor alone".to_owned(), |walk| walk::place(walk, robot));
         format!("{what}, {place}")
     }
 
     /// Writes the files of a run into its directory.
-    fn save(&self, ran: &Ran, robot: &description::Robot, title: &str) -> Result<Vec<PathBuf>, Report> {
+    fn save(&self, ran: &Ran, robot: &robot_file::Robot, title: &str) -> Result<Vec<PathBuf>, Report> {
         let directory = RunDirectory::claim(&self.common.out, self.overwrite)?;
         match self.write(ran, robot, title, directory.path()) {
             Ok(files) => {
@@ -218,7 +218,7 @@ impl Run {
         }
     }
 
-    fn write(&self, ran: &Ran, robot: &description::Robot, title: &str, out: &Path) -> Result<Vec<PathBuf>, Report> {
+    fn write(&self, ran: &Ran, robot: &robot_file::Robot, title: &str, out: &Path) -> Result<Vec<PathBuf>, Report> {
         let (trace, walk) = (&ran.trace, ran.walk.as_ref());
         let recording = simulation::recording(trace, robot);
         let mut extra = simulation::extra_columns(trace);
@@ -266,20 +266,20 @@ pub(super) fn listed(files: &[PathBuf]) -> String {
 }
 
 fn refusals(trace: &Trace) -> impl Iterator<Item = String> + '_ {
-    trace.orders.iter().filter_map(|given| {
+    trace.commands.iter().filter_map(|given| {
         let why = given.refusal.as_ref()?;
-        Some(format!("refused at {:.3} s: {}: {why}", given.at_s, given.order))
+        Some(format!("refused at {:.3} s: {}: {why}", given.at_s, given.command))
     })
 }
 
 fn faults_help() -> String {
-    let names = |promise| Break::names(promise).join(", ");
+    let names = |expected_reaction| Break::names(expected_reaction).join(", ");
     format!(
         "What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5. The supervisor finds {}. \
          A held speed bears {}. Nothing is made to find {}",
-        names(Promise::Found),
-        names(Promise::Borne),
-        names(Promise::NotFound)
+        names(ExpectedReaction::Found),
+        names(ExpectedReaction::Borne),
+        names(ExpectedReaction::NotFound)
     )
 }
 
@@ -315,22 +315,22 @@ fn unnoticed(fault: &FaultReport, injected: &str) -> Option<String> {
     if fault.cause.is_some() || fault.bridge_off_after_s == Some(0.0) && !fault.bridge_was_on {
         return None;
     }
-    let promise = match Break::all().find(|what| what.name() == injected)?.promise() {
-        Promise::Found => "the supervisor is to find it: was there time?",
-        Promise::Borne => "a held speed is to bear it",
-        Promise::NotFound => "nothing is made to find it",
+    let expected_reaction = match Break::all().find(|what| what.name() == injected)?.expected_reaction() {
+        ExpectedReaction::Found => "the supervisor is to find it: was there time?",
+        ExpectedReaction::Borne => "a held speed is to bear it",
+        ExpectedReaction::NotFound => "nothing is made to find it",
     };
     let error = fault.estimate_rms_deg.map(|deg| format!("estimate off by {deg:.1}° RMS since; "));
-    Some(error.unwrap_or_default() + promise)
+    Some(error.unwrap_or_default() + expected_reaction)
 }
 
 /// One row an order.
-fn orders(trace: &Trace) -> String {
-    let rows = trace.segments().into_iter().map(|(order, from, to)| {
-        let m = simulation::metrics_of(trace, order, from, to);
+fn commands(trace: &Trace) -> String {
+    let rows = trace.segments().into_iter().map(|(command, from, to)| {
+        let m = simulation::metrics_of(trace, command, from, to);
         let time = |tick: usize| format!("{:.2}", tick as f64 * trace.tick_s);
         vec![
-            order.to_string(),
+            command.to_string(),
             time(from),
             time(to),
             table::or_dash(m.mean_frequency_hz, 3, ""),
@@ -344,11 +344,11 @@ fn orders(trace: &Trace) -> String {
 
 /// The figures of the last order, those that it has.
 fn happened<'a>(trace: &Trace, m: &Metrics) -> Vec<(&'a str, String)> {
-    let order = trace.segments().last().map(|(order, ..)| *order);
+    let command = trace.segments().last().map(|(command, ..)| *command);
     let mut rows = Vec::new();
     let mean = table::or_dash(m.mean_frequency_hz, 4, "Hz");
-    match order {
-        Some(Order::Freq { hz }) => {
+    match command {
+        Some(DriveCommand::Freq { hz }) => {
             let off = m.mean_frequency_hz.filter(|_| hz != 0.0).map(|mean| 100.0 * (mean / hz - 1.0));
             let off = off.map_or_else(String::new, |off| format!(" ({off:+.3} % of {hz} Hz)"));
             rows.push(("mean frequency, last second", format!("{mean}{off}")));
@@ -357,7 +357,7 @@ fn happened<'a>(trace: &Trace, m: &Metrics) -> Vec<(&'a str, String)> {
             rows.push(("instantaneous speed within 2 % after", table::or_dash(m.settling_instantaneous_s, 3, "s")));
             rows.push(("phase error, last second, RMS", table::or_dash(m.phase_rms_deg, 2, "°")));
         }
-        Some(Order::Oscillate { .. }) => {
+        Some(DriveCommand::Oscillate { .. }) => {
             let turns = m.turning_points_deg.len();
             let median = table::or_dash(m.turning_error_median_deg, 1, "°");
             let worst = table::or_dash(m.turning_error_worst_deg, 1, "°");
@@ -366,7 +366,7 @@ fn happened<'a>(trace: &Trace, m: &Metrics) -> Vec<(&'a str, String)> {
             rows.push(("strokes that ran away", m.strokes_ran_away.to_string()));
             rows.push(("there and back", table::or_dash(m.oscillation_frequency_hz, 2, "times a second")));
         }
-        Some(Order::Position { .. }) => {
+        Some(DriveCommand::Position { .. }) => {
             rows.push(("off the target, last half second, RMS", table::or_dash(m.position_rms_deg, 2, "°")));
         }
         _ => rows.push(("mean frequency, last second", mean)),

@@ -5,15 +5,15 @@ mod words;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use description::edit::Document;
 use hal_sim::body::Precision;
 use miette::{Report, miette};
 use plot::figures;
+use robot_file::edit::Document;
 use serde::Serialize;
-use sweep::claims::{self, Verdict};
+use sweep::claims::{self, ClaimResult};
 use sweep::{
-    Axis, Campaign, Component, Conditions, Design, DriveKind, INTERVAL_S, Lock, LockError, MOST_RUNS, Measured,
-    Robustness, RunSettings, Search, Stat, SweepError, Swept, Target, What, Workshop,
+    Axis, Campaign, Component, Conditions, Design, DriveKind, Factor, INTERVAL_S, Lock, LockError, MOST_RUNS, Measured,
+    Robustness, RunSettings, Search, Stat, SweepError, Swept, Target, VariantBuilder,
 };
 use words::{Bar, claim_text, robustness_table, search_text, speeds_table, warn_notes, warn_unmatched};
 
@@ -144,7 +144,7 @@ struct Judged<'a> {
     robot: &'a str,
     holds: usize,
     of: usize,
-    claims: &'a [Verdict],
+    claims: &'a [ClaimResult],
     file: &'a PathBuf,
 }
 
@@ -154,20 +154,20 @@ impl Sweep {
         let robot = self.common.robot()?;
         let document = Document::load(&self.common.robot).map_err(Report::from)?;
         self.check_step(&robot)?;
-        let workshop = Workshop::new(document, robot).map_err(Report::from)?;
+        let builder = VariantBuilder::new(document, robot).map_err(Report::from)?;
         if let Some(sets) = self.search {
-            return self.search(&workshop, sets as usize);
+            return self.search(&builder, sets as usize);
         }
         if self.claims {
-            return self.judge(&workshop);
+            return self.evaluate(&builder);
         }
         let measured = self.measured.as_deref().map(Measured::read).transpose().map_err(Report::from)?;
-        let (swept, _lock) = self.sweep(&workshop, axes)?;
-        self.tell(&workshop, &swept, measured.as_ref())
+        let (swept, _lock) = self.sweep(&builder, axes)?;
+        self.tell(&builder, &swept, measured.as_ref())
     }
 
     /// The step goes into the time between two pictures and into the control period.
-    fn check_step(&self, robot: &description::Robot) -> Result<(), Failure> {
+    fn check_step(&self, robot: &robot_file::Robot) -> Result<(), Failure> {
         let tick_s = robot.controller.as_ref().map_or(INTERVAL_S, |controller| controller.tick_s.value);
         let goes = |time: f64| {
             let count = time / self.step;
@@ -227,7 +227,7 @@ impl Sweep {
         Ok((swept, lock))
     }
 
-    fn sweep(&self, workshop: &Workshop, given: Vec<Axis>) -> Result<(Swept, Option<Lock>), Failure> {
+    fn sweep(&self, builder: &VariantBuilder, given: Vec<Axis>) -> Result<(Swept, Option<Lock>), Failure> {
         let mut axes = if given.is_empty() { Design::thesis() } else { given };
         let count = Design::count(&axes, self.repeats.unwrap_or(REPEATS) as usize);
         if count > MOST_RUNS {
@@ -236,20 +236,20 @@ impl Sweep {
                 "{count} runs are more than {MOST_RUNS}"
             )));
         }
-        for warning in workshop.check(&axes).map_err(|error| Failure::Usage(error.into()))? {
+        for warning in builder.check(&axes).map_err(|error| Failure::Usage(error.into()))? {
             say(&format!("warning: {warning}"));
         }
         // Paths are worth a picture where frequency and α are all that varies.
-        let paths = axes.iter().all(|axis| matches!(axis.what, What::Frequency | What::Alpha));
+        let paths = axes.iter().all(|axis| matches!(axis.what, Factor::Frequency | Factor::Alpha));
         if self.sensitivity {
             axes.push(Design::friction_axis());
         }
         let design = Design::product(axes, self.seeds());
-        let campaign = Campaign::new(workshop, design, self.settings()).map_err(failure)?;
+        let campaign = Campaign::new(builder, design, self.settings()).map_err(failure)?;
         self.campaign(campaign, "sweep", paths)
     }
 
-    fn tell(&self, workshop: &Workshop, swept: &Swept, measured: Option<&Measured>) -> Done {
+    fn tell(&self, builder: &VariantBuilder, swept: &Swept, measured: Option<&Measured>) -> Done {
         let conditions = Conditions::new(&swept.design, &swept.runs);
         if let Some(measured) = measured {
             warn_unmatched(measured, &conditions.at_friction(1.0));
@@ -263,7 +263,7 @@ impl Sweep {
             Component::ALL.iter().map(|c| conditions.robustness(*c).map(|r| (*c, r))).collect();
         let blown_up = swept.runs.iter().filter(|run| run.measures.vx.is_none()).count();
         let mut summary = Summary {
-            robot: workshop.robot().name.clone(),
+            robot: builder.robot().name.clone(),
             runs: swept.runs.len(),
             resumed: swept.resumed,
             blown_up,
@@ -296,14 +296,14 @@ impl Sweep {
         Ok(())
     }
 
-    fn judge(&self, workshop: &Workshop) -> Done {
+    fn evaluate(&self, builder: &VariantBuilder) -> Done {
         let design = claims::design(self.seeds());
-        let campaign = Campaign::new(workshop, design, self.settings()).map_err(failure)?;
+        let campaign = Campaign::new(builder, design, self.settings()).map_err(failure)?;
         let (swept, _lock) = self.campaign(campaign, "claims", false)?;
-        let verdicts = claims::judge(&Conditions::new(&swept.design, &swept.runs));
+        let verdicts = claims::evaluate(&Conditions::new(&swept.design, &swept.runs));
         let holds = verdicts.iter().filter(|verdict| verdict.holds == Some(true)).count();
         let judged =
-            Judged { robot: &workshop.robot().name, holds, of: verdicts.len(), claims: &verdicts, file: &swept.file };
+            Judged { robot: &builder.robot().name, holds, of: verdicts.len(), claims: &verdicts, file: &swept.file };
         let text = serde_json::to_string_pretty(&judged).map_err(|error| miette!("claims.json: {error}"))?;
         let json = self.common.write("claims.json", &(text + "\n"))?;
         if self.common.json {
@@ -318,7 +318,7 @@ impl Sweep {
         Ok(())
     }
 
-    fn search(&self, workshop: &Workshop, sets: usize) -> Done {
+    fn search(&self, builder: &VariantBuilder, sets: usize) -> Done {
         let _lock = self.lock()?;
         // One run of a condition has nothing random in it; more of them have what an ideal shaft has.
         let (drive, seeds) = match self.repeats {
@@ -326,7 +326,7 @@ impl Sweep {
             Some(_) => (DriveKind::Ideal { phase_noise: self.phase_noise.to_radians() }, self.seeds()),
         };
         let settings = RunSettings { drive, precision: Precision::Single, ..self.settings() };
-        let search = Search::new(workshop, sets, self.common.seed, settings, seeds);
+        let search = Search::new(builder, sets, self.common.seed, settings, seeds);
         let mut bar = Bar::new("sets");
         let found = search
             .run(&self.target("search", false), self.threads.map(usize::from), &mut |done, total| bar.show(done, total))
@@ -334,7 +334,7 @@ impl Sweep {
         bar.end();
         let values: Vec<f64> = found.values.iter().map(|(_, value)| *value).collect();
         let mut document = search.document(&values).map_err(failure)?;
-        let name = format!("{}-claims", workshop.robot().name);
+        let name = format!("{}-claims", builder.robot().name);
         let summary =
             format!("Set {} of a search for the thesis's claims: {} of them hold.", found.best, found.best_holds.len());
         document.set_name(&name, &summary).map_err(Report::from)?;
@@ -361,7 +361,7 @@ fn failure(error: SweepError) -> Failure {
 
 fn lines(conditions: &Conditions) -> Vec<Line> {
     let line = |condition: &sweep::Condition| Line {
-        point: conditions.axes.iter().map(What::column).zip(condition.point.iter().map(|v| (*v).into())).collect(),
+        point: conditions.axes.iter().map(Factor::column).zip(condition.point.iter().map(|v| (*v).into())).collect(),
         vx_mm_per_s: condition.speed(Component::Longitudinal),
         vy_mm_per_s: condition.speed(Component::Lateral),
         yaw_deg_per_s: condition.speed(Component::Rotational),

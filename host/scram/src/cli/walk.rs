@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use description::Robot;
 use miette::{Report, miette};
 use plot::{under_title, walk_plots};
+use robot_file::Robot;
 use simulation::{ClampedMetrics, Walk, WalkMetrics, track_csv};
 
 use super::{Failure, table, write};

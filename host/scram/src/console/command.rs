@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use control::parameters::table;
 
-use simulation::Order;
+use simulation::DriveCommand;
 
-/// One command.
+/// Command of the console, parsed from what a person typed.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Command {
-    /// Something for the controller.
-    Drive(Order),
+pub enum ConsoleCommand {
+    /// Command for the controller.
+    Drive(DriveCommand),
     /// Stop the selected robot.
     Stop,
     /// Stop every robot.
@@ -34,7 +34,7 @@ pub enum Command {
     List,
     /// Pick a robot: by its number from 1, its name or its address.
     Robot(String),
-    /// Let time pass.
+    /// Wait before the next command.
     Wait(Duration),
     /// Run a file of commands.
     Script(PathBuf),
@@ -42,7 +42,7 @@ pub enum Command {
     Note(String),
     /// List the commands.
     Help,
-    /// Leave.
+    /// Stop every robot and leave the console.
     Quit,
 }
 
@@ -76,39 +76,39 @@ pub const HELP: &[(&str, &str)] = &[
 ///
 /// # Errors
 /// What is wrong, and what was expected.
-pub fn parse(line: &str) -> Result<Vec<Command>, String> {
+pub fn parse(line: &str) -> Result<Vec<ConsoleCommand>, String> {
     let parts = line.split(';').map(str::trim).filter(|part| !part.is_empty());
-    let commands: Vec<Command> = parts.map(one).collect::<Result<_, _>>()?;
-    if commands.len() > 1 && commands.iter().any(|command| matches!(command, Command::Script(_))) {
+    let commands: Vec<ConsoleCommand> = parts.map(one).collect::<Result<_, _>>()?;
+    if commands.len() > 1 && commands.iter().any(|command| matches!(command, ConsoleCommand::Script(_))) {
         return Err("`script` stands alone: put the other commands into the file".into());
     }
     Ok(commands)
 }
 
-fn one(text: &str) -> Result<Command, String> {
+fn one(text: &str) -> Result<ConsoleCommand, String> {
     let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
     let rest = rest.trim();
     let bare = |command| if rest.is_empty() { Ok(command) } else { Err(format!("`{word}` takes nothing after it")) };
     let named = |what: &str| if rest.is_empty() { Err(format!("`{word}` needs {what}")) } else { Ok(rest.to_owned()) };
     match word {
-        "stop" if rest == "all" => Ok(Command::StopAll),
-        "stop" => bare(Command::Stop),
-        "get" => Ok(Command::Get(parameter(rest)?)),
+        "stop" if rest == "all" => Ok(ConsoleCommand::StopAll),
+        "stop" => bare(ConsoleCommand::Stop),
+        "get" => Ok(ConsoleCommand::Get(parameter(rest)?)),
         "set" => set(rest),
-        "save" => bare(Command::Save),
-        "factory" => bare(Command::Factory),
-        "undo" => bare(Command::Undo),
-        "params" => Ok(Command::Parameters(rest.to_owned())),
-        "status" => bare(Command::Status),
-        "list" => bare(Command::List),
-        "robot" => named("a number, a name or an address").map(Command::Robot),
-        "wait" => duration(rest).map(Command::Wait),
-        "script" => named("a file").map(|file| Command::Script(PathBuf::from(file))),
-        "note" => named("a text").map(Command::Note),
-        "help" => bare(Command::Help),
-        "quit" | "exit" => bare(Command::Quit),
-        _ => Order::parse(word, rest)
-            .map(Command::Drive)
+        "save" => bare(ConsoleCommand::Save),
+        "factory" => bare(ConsoleCommand::Factory),
+        "undo" => bare(ConsoleCommand::Undo),
+        "params" => Ok(ConsoleCommand::Parameters(rest.to_owned())),
+        "status" => bare(ConsoleCommand::Status),
+        "list" => bare(ConsoleCommand::List),
+        "robot" => named("a number, a name or an address").map(ConsoleCommand::Robot),
+        "wait" => duration(rest).map(ConsoleCommand::Wait),
+        "script" => named("a file").map(|file| ConsoleCommand::Script(PathBuf::from(file))),
+        "note" => named("a text").map(ConsoleCommand::Note),
+        "help" => bare(ConsoleCommand::Help),
+        "quit" | "exit" => bare(ConsoleCommand::Quit),
+        _ => DriveCommand::parse(word, rest)
+            .map(ConsoleCommand::Drive)
             .map_err(|problem| if problem.starts_with("no order") { unknown(word) } else { problem }),
     }
 }
@@ -127,7 +127,7 @@ pub(super) fn first_word(form: &str) -> &str {
     form.split_whitespace().next().unwrap_or_default()
 }
 
-fn set(rest: &str) -> Result<Command, String> {
+fn set(rest: &str) -> Result<ConsoleCommand, String> {
     let Some((name, value)) = rest.split_once(char::is_whitespace) else {
         return Err("`set` needs a parameter and a value, e.g. `set controller.limits.frequency_hz 9`".into());
     };
@@ -139,7 +139,7 @@ fn set(rest: &str) -> Result<Command, String> {
             .trim_end()
             .to_owned());
     }
-    Ok(Command::Set(index, value))
+    Ok(ConsoleCommand::Set(index, value))
 }
 
 /// A parameter by its name, or by the end of it where no other has that end.
@@ -217,22 +217,22 @@ mod tests {
     #[test]
     fn a_line_is_commands() {
         let expected = vec![
-            Command::Drive(Order::Freq { hz: 7.0 }),
-            Command::Wait(Duration::from_millis(2500)),
-            Command::StopAll,
-            Command::Stop,
+            ConsoleCommand::Drive(DriveCommand::Freq { hz: 7.0 }),
+            ConsoleCommand::Wait(Duration::from_millis(2500)),
+            ConsoleCommand::StopAll,
+            ConsoleCommand::Stop,
         ];
         assert_eq!(parse("freq 7; wait 2.5s;stop all; stop ;"), Ok(expected));
         assert_eq!(parse("  "), Ok(Vec::new()));
-        assert_eq!(parse("wait 200ms"), Ok(vec![Command::Wait(Duration::from_millis(200))]));
+        assert_eq!(parse("wait 200ms"), Ok(vec![ConsoleCommand::Wait(Duration::from_millis(200))]));
         assert_eq!(parse("oscillate -100 100"), parse("oscillate -100..100"));
     }
 
     #[test]
     fn a_parameter_is_found_by_its_end() {
         let index = table::find("controller.limits.frequency_hz").expect("in the table");
-        assert_eq!(parse("get limits.frequency_hz"), Ok(vec![Command::Get(index)]));
-        assert_eq!(parse("set frequency_hz 9"), Ok(vec![Command::Set(index, 9.0)]));
+        assert_eq!(parse("get limits.frequency_hz"), Ok(vec![ConsoleCommand::Get(index)]));
+        assert_eq!(parse("set frequency_hz 9"), Ok(vec![ConsoleCommand::Set(index, 9.0)]));
         let error = parse("get proportional_v_per_rad").expect_err("two have that end");
         assert!(error.contains("position.") && error.contains("oscillator."), "{error}");
     }

@@ -1,6 +1,6 @@
 //! The console without a screen: a session with the robots, what was typed and what became of it, the recording.
 //!
-//! Everything happens in [`Engine::poll`], which whoever shows the [`Model`] calls again and again. The heartbeats that keep
+//! Everything happens in [`Engine::poll`], which whoever shows the [`Model`] calls repeatedly. The heartbeats that keep
 //! a robot going are sent there and nowhere else: a console that hangs, is stopped or killed sends none.
 
 use std::path::Path;
@@ -8,28 +8,28 @@ use std::time::Duration;
 
 use control::{Fault, Sensor};
 
-use super::command::{self, Command};
+use super::command::{self, ConsoleCommand};
 use super::complete::{Completion, complete};
 use super::context::Context;
-use super::diary::Diary;
 use super::model::{Level, Model, RobotModel};
-use super::orders::{Orders, Reply};
 use super::program::{Later, Program};
 use super::reports;
+use super::requests::{CommandOutcome, Requests};
+use super::session_log::SessionLog;
 use link::{Event, Heard, Line, LinkError, RobotId, Session};
 use recording::{RecordingError, SessionEvent};
 
 /// A robot says within this time that it has stopped.
 const STOPPING: Duration = Duration::from_secs(1);
-/// Link and file size are looked at so often.
+/// Interval at which link quality and file size are updated.
 const REFRESH: Duration = Duration::from_millis(200);
 
-/// The console.
+/// Console without a screen: session, programs, recording and the model that a screen shows.
 pub struct Engine<L: Line> {
     session: Session<L>,
     model: Model,
-    diary: Option<Diary>,
-    orders: Orders,
+    session_log: Option<SessionLog>,
+    requests: Requests,
     program: Option<Program>,
     quit: bool,
     /// When link and file sizes are looked at again.
@@ -55,8 +55,8 @@ impl<L: Line> Engine<L> {
         Self {
             session,
             model,
-            diary: None,
-            orders: Orders::default(),
+            session_log: None,
+            requests: Requests::default(),
             program: None,
             quit: false,
             refresh_due: Duration::ZERO,
@@ -69,9 +69,9 @@ impl<L: Line> Engine<L> {
     /// The file cannot be made.
     pub fn record(&mut self, directory: &Path, tick_s: f64) -> Result<(), RecordingError> {
         let names: Vec<String> = self.model.robots.iter().map(|robot| robot.name.clone()).collect();
-        let diary = Diary::begin(directory, &names, tick_s, self.session.now())?;
-        self.model.recording = Some(diary.model());
-        self.diary = Some(diary);
+        let session_log = SessionLog::begin(directory, &names, tick_s, self.session.now())?;
+        self.model.recording = Some(session_log.model());
+        self.session_log = Some(session_log);
         Ok(())
     }
 
@@ -92,7 +92,7 @@ impl<L: Line> Engine<L> {
 
     /// Everything that was sent has come to its end.
     fn is_settled(&self) -> bool {
-        self.orders.is_empty() && !self.session.robots().any(|(_, robot)| robot.is_stopping())
+        self.requests.is_empty() && !self.session.robots().any(|(_, robot)| robot.is_stopping())
     }
 
     /// Reads for some milliseconds, sends what is due, goes on with a script; whether something happened.
@@ -124,8 +124,10 @@ impl<L: Line> Engine<L> {
         let robot = self.model.selected;
         match commands.as_slice() {
             [] => Ok(()),
-            [Command::Script(path)] => self.run_script(path),
-            [only] if !matches!(only, Command::Drive(_) | Command::Wait(_)) => self.execute(only, line.trim(), robot),
+            [ConsoleCommand::Script(path)] => self.run_script(path),
+            [only] if !matches!(only, ConsoleCommand::Drive(_) | ConsoleCommand::Wait(_)) => {
+                self.execute(only, line.trim(), robot)
+            }
             _ => {
                 let texts = line.split(';').map(str::trim).filter(|text| !text.is_empty()).map(str::to_owned);
                 let typed = Program::typed(commands.into_iter().zip(texts), robot, self.session.now());
@@ -138,8 +140,8 @@ impl<L: Line> Engine<L> {
     }
 
     /// What became of something, in the order in which it ended.
-    pub fn next_reply(&mut self) -> Option<Reply> {
-        self.orders.next_reply()
+    pub fn next_reply(&mut self) -> Option<CommandOutcome> {
+        self.requests.next_reply()
     }
 
     /// Takes the last `set` of the selected robot back.
@@ -148,8 +150,8 @@ impl<L: Line> Engine<L> {
     /// There is none.
     pub fn undo(&mut self) -> Result<(), String> {
         let selected = self.model.selected;
-        let (orders, mut context) = self.orders();
-        orders.take_back(&mut context, selected)
+        let (requests, mut context) = self.requests();
+        requests.take_back(&mut context, selected)
     }
 
     /// Runs a file of commands, for the selected robot: another one that is looked at meanwhile is not meant.
@@ -211,16 +213,16 @@ impl<L: Line> Engine<L> {
                 Err(_) => break,
             }
         }
-        if let Some(diary) = &mut self.diary {
-            diary.finish();
-            self.model.recording = Some(diary.model());
+        if let Some(session_log) = &mut self.session_log {
+            session_log.finish();
+            self.model.recording = Some(session_log.model());
         }
     }
 
     /// Does a command for a robot.
-    fn execute(&mut self, command: &Command, text: &str, robot: usize) -> Result<(), String> {
+    fn execute(&mut self, command: &ConsoleCommand, text: &str, robot: usize) -> Result<(), String> {
         match command {
-            Command::Stop => {
+            ConsoleCommand::Stop => {
                 // The motor of a script that runs is meant, too, whichever robot is looked at.
                 if let Some(other) = self.program.as_ref().map(|program| program.robot).filter(|other| *other != robot)
                 {
@@ -229,29 +231,29 @@ impl<L: Line> Engine<L> {
                 self.stop_robots(Some(robot));
                 self.end_program("stopped");
             }
-            Command::StopAll => self.stop_all(),
-            Command::Parameters(part) => reports::parameters(&mut self.model, part),
-            Command::Status => reports::status(&mut self.model, &self.session, robot),
-            Command::List => reports::robots(&mut self.model),
-            Command::Robot(which) => {
+            ConsoleCommand::StopAll => self.stop_all(),
+            ConsoleCommand::Parameters(part) => reports::parameters(&mut self.model, part),
+            ConsoleCommand::Status => reports::status(&mut self.model, &self.session, robot),
+            ConsoleCommand::List => reports::robots(&mut self.model),
+            ConsoleCommand::Robot(which) => {
                 let index = reports::find(&self.model, which)?;
                 self.select(index);
             }
-            Command::Script(path) => self.run_script(path)?,
-            Command::Note(text) => {
+            ConsoleCommand::Script(path) => self.run_script(path)?,
+            ConsoleCommand::Note(text) => {
                 self.record_event(None, &SessionEvent::Note { text: text.clone() });
                 self.model.log(None, Level::Note, text.clone());
             }
-            Command::Help => reports::help(&mut self.model),
-            Command::Quit => {
+            ConsoleCommand::Help => reports::help(&mut self.model),
+            ConsoleCommand::Quit => {
                 self.quit = true;
                 self.end_program("quit");
             }
             // Only in programs.
-            Command::Wait(_) => {}
-            order => {
-                let (orders, mut context) = self.orders();
-                orders.give(&mut context, order, text, robot)?;
+            ConsoleCommand::Wait(_) => {}
+            command => {
+                let (requests, mut context) = self.requests();
+                requests.give(&mut context, command, text, robot)?;
             }
         }
         Ok(())
@@ -262,8 +264,8 @@ impl<L: Line> Engine<L> {
         let index = robot.0;
         match event {
             Event::Present => {
-                if let Some(diary) = &mut self.diary {
-                    diary.renew(index);
+                if let Some(session_log) = &mut self.session_log {
+                    session_log.renew(index);
                 }
                 self.record_event(Some(index), &SessionEvent::LinkRegained);
                 self.model.log(Some(index), Level::Good, "is here");
@@ -278,7 +280,8 @@ impl<L: Line> Engine<L> {
             Event::Telemetry(batch) => {
                 self.note_fault(index, batch.fault);
                 self.note_failed_sensor(index, batch.failed_sensor);
-                let missing = self.diary.as_mut().map_or(0, |diary| diary.telemetry(index, &batch, at));
+                let missing =
+                    self.session_log.as_mut().map_or(0, |session_log| session_log.telemetry(index, &batch, at));
                 let robot = &mut self.model.robots[index];
                 robot.state = Some(batch.state);
                 robot.fault = batch.fault;
@@ -289,10 +292,10 @@ impl<L: Line> Engine<L> {
                 robot.series.take(&batch, at.as_secs_f64());
             }
             Event::Status(status) => self.model.robots[index].counters = Some(status.counters),
-            Event::Answered { number, what, tick, outcome } => {
-                let tick = tick.and_then(|period| self.diary.as_ref()?.tick_of(index, period));
-                let (orders, mut context) = self.orders();
-                if orders.answered(&mut context, robot, number, what, tick, outcome) {
+            Event::Answered { number, request, tick, outcome } => {
+                let tick = tick.and_then(|period| self.session_log.as_ref()?.tick_of(index, period));
+                let (requests, mut context) = self.requests();
+                if requests.answered(&mut context, robot, number, request, tick, outcome) {
                     self.end_program("a command of it was not done");
                 }
             }
@@ -349,14 +352,14 @@ impl<L: Line> Engine<L> {
             shown.uptime = robot.uptime();
             shown.other_version = robot.other_version();
         }
-        let Some(diary) = &mut self.diary else { return };
+        let Some(session_log) = &mut self.session_log else { return };
         let session = &self.session;
-        diary.keep(now, |index| session.robot(RobotId(index)).quality(now));
-        if let (Some(why), Some(shown)) = (diary.failure(), &self.model.recording)
+        session_log.write_due(now, |index| session.robot(RobotId(index)).quality(now));
+        if let (Some(why), Some(shown)) = (session_log.failure(), &self.model.recording)
             && shown.failed.is_none()
         {
             let text = format!("nothing is recorded any more: {why}");
-            self.model.recording = Some(diary.model());
+            self.model.recording = Some(session_log.model());
             self.model.log(None, Level::Bad, text);
         }
     }
@@ -376,19 +379,19 @@ impl<L: Line> Engine<L> {
                 shown.series.round_trip.push(t_s, trip.as_secs_f64() * 1e3);
             }
         }
-        if let Some(diary) = &self.diary {
-            self.model.recording = Some(diary.model());
+        if let Some(session_log) = &self.session_log {
+            self.model.recording = Some(session_log.model());
         }
     }
 
-    /// The orders, and what they act on.
-    fn orders(&mut self) -> (&mut Orders, Context<'_, L>) {
-        let Self { session, model, diary, orders, .. } = self;
-        (orders, Context { session, model, diary: diary.as_mut() })
+    /// The commands, and what they act on.
+    fn requests(&mut self) -> (&mut Requests, Context<'_, L>) {
+        let Self { session, model, session_log, requests, .. } = self;
+        (requests, Context { session, model, session_log: session_log.as_mut() })
     }
 
     fn record_event(&mut self, robot: Option<usize>, event: &SessionEvent) {
-        self.orders().1.record_event(robot, event);
+        self.requests().1.record_event(robot, event);
     }
 
     /// Goes on with a program as far as it can.
@@ -407,7 +410,7 @@ impl<L: Line> Engine<L> {
             let (robot, text) = (program.robot, program.text());
             if let Err(problem) = self.step(&command, &text, robot) {
                 self.model.log(Some(robot), Level::Bad, format!("{text}: {problem}"));
-                self.orders.reply(Reply { robot, text, outcome: Err(problem), parameter: None });
+                self.requests.reply(CommandOutcome { robot, text, outcome: Err(problem), parameter: None });
                 self.end_program("a command of it cannot be done");
             }
         }
@@ -415,11 +418,11 @@ impl<L: Line> Engine<L> {
     }
 
     /// A command of a program: what it stops and picks is its own.
-    fn step(&mut self, command: &Command, text: &str, robot: usize) -> Result<(), String> {
+    fn step(&mut self, command: &ConsoleCommand, text: &str, robot: usize) -> Result<(), String> {
         match command {
-            Command::Stop => self.stop_robots(Some(robot)),
-            Command::StopAll => self.stop_robots(None),
-            Command::Robot(which) => {
+            ConsoleCommand::Stop => self.stop_robots(Some(robot)),
+            ConsoleCommand::StopAll => self.stop_robots(None),
+            ConsoleCommand::Robot(which) => {
                 let index = reports::find(&self.model, which)?;
                 if let Some(program) = &mut self.program {
                     program.robot = index;

@@ -1,4 +1,4 @@
-//! The command console: what was typed becomes orders, what the robots tell becomes something to look at, and everything
+//! The command console: what was typed becomes commands, what the robots tell becomes something to look at, and everything
 //! is recorded. The same on a dongle's serial port and on a simulation: it cannot tell them apart.
 //!
 //! [`engine`] is the console without a screen, [`model`] what there is to show, [`screen`] shows it.
@@ -6,18 +6,18 @@
 mod command;
 mod complete;
 mod context;
-mod diary;
 pub mod engine;
 pub mod model;
-mod orders;
 mod program;
 mod reports;
+mod requests;
 pub mod runner;
 pub mod screen;
+mod session_log;
 
 pub use complete::{Candidate, Completion};
 pub use engine::Engine;
-pub use orders::{Reply, parameter_line};
+pub use requests::{CommandOutcome, parameter_line};
 
 /// Every command: how it is typed, and what it does.
 pub use command::HELP;

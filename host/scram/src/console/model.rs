@@ -18,7 +18,7 @@ const POINTS: usize = 3000;
 /// Lines of the log that are kept to be shown.
 const LINES: usize = 500;
 
-/// Everything.
+/// State of the console that a screen shows.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     /// Time on the line's clock.
@@ -44,7 +44,7 @@ pub struct Model {
 /// The recording.
 #[derive(Clone, Debug, Default)]
 pub struct RecordingModel {
-    /// The file.
+    /// Path of the file, as given.
     pub path: PathBuf,
     /// Its size so far.
     pub bytes: u64,
@@ -52,12 +52,12 @@ pub struct RecordingModel {
     pub failed: Option<String>,
 }
 
-/// One robot.
+/// State of a robot that a screen shows.
 #[derive(Clone, Debug, Default)]
 pub struct RobotModel {
     /// Its name.
     pub name: String,
-    /// Its radio address.
+    /// ESP-NOW (MAC) address.
     pub address: Address,
     /// There is a session with it.
     pub present: bool,
@@ -67,15 +67,15 @@ pub struct RobotModel {
     pub stopping: bool,
     /// Its state, as it last told.
     pub state: Option<State>,
-    /// Cause, in `State::Fault`.
+    /// Cause of the fault; `None` outside `State::Fault`.
     pub fault: Option<Fault>,
     /// An angle has been acquired.
     pub tracking: bool,
     /// Of two angle sensors the one that has failed.
     pub failed_sensor: Option<Sensor>,
-    /// The order that it follows, as typed: the last one that drives and that it has done.
+    /// The command that it follows, as typed: the last one that drives and that it has done.
     pub target: Option<String>,
-    /// Cell, V.
+    /// Battery voltage, V; `None` where it is not measured.
     pub battery_v: Option<f64>,
     /// The way from and to it.
     pub quality: Quality,
@@ -98,7 +98,7 @@ pub struct Series {
     pub angle: Plot,
     /// Duty, −1 … 1, counter-clockwise; 0 while the bridge is off.
     pub duty: Plot,
-    /// Cell, V.
+    /// Battery voltage, V.
     pub battery: Plot,
     /// Share of frames that are missing, 0 … 1.
     pub loss: Plot,
@@ -134,11 +134,11 @@ impl Plot {
 /// How much a line of the log matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// For the record.
+    /// Information only.
     Note,
-    /// As ordered.
+    /// The command was carried out.
     Good,
-    /// Look at it.
+    /// Something that a person should look at.
     Warning,
     /// Something stopped, or did not work.
     Bad,
@@ -149,11 +149,11 @@ pub enum Level {
 pub struct LogLine {
     /// When, on the line's clock.
     pub at: Duration,
-    /// Which robot.
+    /// Name of the robot, or `None` for the console itself.
     pub robot: Option<String>,
     /// How much it matters.
     pub level: Level,
-    /// What.
+    /// Message.
     pub text: String,
     /// It answers a command that is answered nowhere else, such as a list.
     pub only_said: bool,
@@ -189,8 +189,9 @@ impl Series {
     /// Takes a telemetry message.
     pub fn take(&mut self, batch: &Batch, t_s: f64) {
         let count = batch.rows.len().max(1) as f64;
-        let mean =
-            |value: &dyn Fn(&control::protocol::radio::Row) -> f64| batch.rows.iter().map(value).sum::<f64>() / count;
+        let mean = |value: &dyn Fn(&control::protocol::radio::PackedTick) -> f64| {
+            batch.rows.iter().map(value).sum::<f64>() / count
+        };
         self.frequency.push(t_s, conventions::frequency_from_omega(mean(&|row| f64::from(row.speed()))));
         self.duty.push(t_s, mean(&|row| f64::from(row.duty().unwrap_or(0.0))));
         if let (true, Some(row)) = (batch.tracking, batch.rows.last()) {

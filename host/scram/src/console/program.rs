@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::command::{self, Command};
+use super::command::{self, ConsoleCommand};
 
 /// The next command is not due yet.
 pub(super) struct Later;
@@ -15,7 +15,7 @@ pub(super) struct Later;
 struct Step {
     /// Since the beginning, where a time is given.
     at: Option<Duration>,
-    command: Command,
+    command: ConsoleCommand,
     text: String,
     line: usize,
 }
@@ -34,12 +34,12 @@ pub(super) struct Program {
 
 impl Program {
     /// What was typed in one line, each command with its text.
-    pub fn typed(commands: impl Iterator<Item = (Command, String)>, robot: usize, now: Duration) -> Self {
+    pub fn typed(commands: impl Iterator<Item = (ConsoleCommand, String)>, robot: usize, now: Duration) -> Self {
         let steps = commands.map(|(command, text)| Step { at: None, text, command, line: 1 });
         Self { path: None, robot, begun: now, steps: steps.collect(), resume: now, text: String::new() }
     }
 
-    /// A script.
+    /// Reads a script.
     pub fn load(path: &Path, robot: usize, now: Duration) -> Result<Self, String> {
         let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let steps = read(&text).map_err(|(line, problem)| format!("{}, line {line}: {problem}", path.display()))?;
@@ -50,7 +50,7 @@ impl Program {
     }
 
     /// The next command that is due; nothing at the end.
-    pub fn next(&mut self, now: Duration) -> Option<Result<Command, Later>> {
+    pub fn next(&mut self, now: Duration) -> Option<Result<ConsoleCommand, Later>> {
         loop {
             let step = self.steps.front()?;
             let due = step.at.map_or(self.resume, |at| self.resume.max(self.begun + at));
@@ -58,11 +58,11 @@ impl Program {
                 return Some(Err(Later));
             }
             let step = self.steps.pop_front()?;
-            if let Command::Wait(time) = step.command {
+            if let ConsoleCommand::Wait(time) = step.command {
                 self.resume = now + time;
                 if self.steps.is_empty() {
                     // The end comes after the time, too.
-                    self.steps.push_back(Step { command: Command::Wait(Duration::ZERO), at: None, ..step });
+                    self.steps.push_back(Step { command: ConsoleCommand::Wait(Duration::ZERO), at: None, ..step });
                     if time.is_zero() {
                         return None;
                     }
@@ -115,7 +115,7 @@ fn read(text: &str) -> Result<VecDeque<Step>, (usize, String)> {
         }
         for text in commands.split(';').map(str::trim).filter(|text| !text.is_empty()) {
             for command in command::parse(text).map_err(wrong)? {
-                if matches!(command, Command::Script(_)) {
+                if matches!(command, ConsoleCommand::Script(_)) {
                     return Err(wrong("a script cannot run a script".into()));
                 }
                 steps.push_back(Step { at: at.take(), command, text: text.to_owned(), line: index + 1 });

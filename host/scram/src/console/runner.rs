@@ -6,7 +6,7 @@ use control::Fault;
 use control::protocol::radio::Value;
 use serde::Serialize;
 
-use super::{Engine, Reply};
+use super::{CommandOutcome, Engine};
 use link::{Line, LinkError, Outcome};
 
 /// Where a fault, or a robot that is gone, ends a run.
@@ -38,15 +38,15 @@ impl End {
     }
 }
 
-/// What is told while commands run.
+/// Output of `scram console` while commands run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
-pub enum Told {
+pub enum Output {
     /// What became of a command.
     Answer {
         /// Since the console began, s.
         t_s: f64,
-        /// Which robot.
+        /// Name of the robot, as its status tells it.
         robot: String,
         /// As it was typed.
         command: String,
@@ -64,9 +64,9 @@ pub enum Told {
     Fault {
         /// Since the console began, s.
         t_s: f64,
-        /// Which robot.
+        /// Name of the robot, as its status tells it.
         robot: String,
-        /// Why.
+        /// Cause.
         fault: Fault,
         /// The same in words.
         text: String,
@@ -75,7 +75,7 @@ pub enum Told {
     Note {
         /// Since the console began, s.
         t_s: f64,
-        /// What.
+        /// Message.
         text: String,
     },
 }
@@ -100,7 +100,7 @@ pub struct RobotState {
     pub t_s: f64,
     /// Its name.
     pub robot: String,
-    /// Its radio address.
+    /// ESP-NOW (MAC) address, as colon-separated hexadecimal bytes.
     pub address: String,
     /// It is heard.
     pub present: bool,
@@ -112,7 +112,7 @@ pub struct RobotState {
     pub frequency_hz: Option<f64>,
     /// Duty, −1 … 1.
     pub duty: Option<f64>,
-    /// Cell, V.
+    /// Battery voltage, V; `None` where it is not measured.
     pub battery_v: Option<f64>,
     /// Since its boot, s.
     pub uptime_s: Option<f64>,
@@ -132,7 +132,7 @@ pub struct RobotState {
 /// The line to the dongle broke.
 pub fn run<L: Line>(
     engine: &mut Engine<L>,
-    told: &mut dyn FnMut(Told),
+    told: &mut dyn FnMut(Output),
     cancelled: &dyn Fn() -> bool,
 ) -> Result<End, LinkError> {
     let mut end = End::Done;
@@ -151,7 +151,7 @@ pub fn run<L: Line>(
                 faults[index] = robot.fault;
                 if let Some(fault) = robot.fault.filter(|fault| *fault != Fault::Restarted) {
                     end = End::Fault;
-                    told(Told::Fault { t_s, robot: robot.name.clone(), fault, text: link::fault(fault).0.into() });
+                    told(Output::Fault { t_s, robot: robot.name.clone(), fault, text: link::fault(fault).0.into() });
                 }
             }
             if present[index] && !robot.present {
@@ -163,7 +163,7 @@ pub fn run<L: Line>(
         let model = engine.model();
         let new = usize::try_from(model.logged - logged).unwrap_or(usize::MAX).min(model.log.len());
         for line in model.log.iter().skip(model.log.len() - new).filter(|line| line.only_said) {
-            told(Told::Note { t_s, text: line.text.clone() });
+            told(Output::Note { t_s, text: line.text.clone() });
         }
         logged = model.logged;
         if engine.is_idle() || engine.wants_to_quit() || end == End::Fault {
@@ -232,7 +232,7 @@ fn worst(a: End, b: End) -> End {
     if b.code() > a.code() { b } else { a }
 }
 
-fn answer<L: Line>(engine: &Engine<L>, reply: Reply) -> Told {
+fn answer<L: Line>(engine: &Engine<L>, reply: CommandOutcome) -> Output {
     let model = engine.model();
     let word = match reply.outcome {
         Err(_) => "failed",
@@ -253,7 +253,7 @@ fn answer<L: Line>(engine: &Engine<L>, reply: Reply) -> Told {
         let entry = &control::parameters::table::TABLE[usize::from(index)];
         Parameter { name: entry.name, value: now, factory, unit: entry.unit }
     });
-    Told::Answer {
+    Output::Answer {
         t_s: model.now.as_secs_f64(),
         robot: model.robots.get(reply.robot).map(|robot| robot.name.clone()).unwrap_or_default(),
         command: reply.text,

@@ -4,12 +4,12 @@ use std::time::{Duration, Instant};
 
 use control::protocol::VERSION;
 use control::protocol::frame::{self, Deframer, FrameError};
-use control::protocol::lockstep::{Answer, Hello, Question, Reply, Request, Ticked};
+use control::protocol::lockstep::{Answer, AnswerFrame, Hello, Question, QuestionFrame, Ticked};
 use control::{Command, Parameters, Refusal, Sample};
 
 use super::{HilError, Transport};
 
-/// A line that is quiet for so long has lost the request or its reply: a tick takes a board below 10 ms with both ways.
+/// Silence after which the question or its answer is lost: a tick takes a board below 10 ms with both ways.
 const QUIET: Duration = Duration::from_millis(100);
 /// So often a request is sent before the chip counts as gone.
 const TRIES: u32 = 100;
@@ -47,7 +47,7 @@ pub struct Client<T> {
     /// Bytes since the last end of a frame.
     pending: u64,
     /// The last frame was bad.
-    astray: bool,
+    out_of_sync: bool,
     /// The chip's count when it was first asked.
     bad_there_before: Option<u32>,
     frame: [u8; frame::LONGEST + 1],
@@ -67,7 +67,7 @@ impl<T: Transport> Client<T> {
             number: 0,
             counts: Counts::default(),
             pending: 0,
-            astray: false,
+            out_of_sync: false,
             bad_there_before: None,
             frame: [0; frame::LONGEST + 1],
         };
@@ -83,7 +83,7 @@ impl<T: Transport> Client<T> {
         Ok(client)
     }
 
-    /// Who answers.
+    /// Answer of the chip to `Hello`: processor and version.
     #[must_use]
     pub fn hello(&self) -> Hello {
         self.hello
@@ -138,7 +138,7 @@ impl<T: Transport> Client<T> {
     }
 
     fn ask_for(&mut self, question: Question, tries: u32) -> Result<Answer, HilError> {
-        let request = Request { number: self.number, question };
+        let request = QuestionFrame { number: self.number, question };
         let start = Instant::now();
         for attempt in 0..tries {
             self.counts.resent += u32::from(attempt > 0);
@@ -154,7 +154,7 @@ impl<T: Transport> Client<T> {
     }
 
     /// The reply to the present request; `None` where it is damaged or does not come.
-    fn reply(&mut self) -> Result<Option<Reply>, HilError> {
+    fn reply(&mut self) -> Result<Option<AnswerFrame>, HilError> {
         let mut chunk = [0; 512];
         let mut babble = 0;
         while babble < BABBLE {
@@ -183,19 +183,19 @@ impl<T: Transport> Client<T> {
         Ok(None)
     }
 
-    fn push(&mut self, byte: u8) -> Option<Result<Reply, FrameError>> {
+    fn push(&mut self, byte: u8) -> Option<Result<AnswerFrame, FrameError>> {
         self.counts.bytes += 1;
         self.pending += 1;
-        let result = self.deframer.push::<Reply>(byte);
+        let result = self.deframer.push::<AnswerFrame>(byte);
         if byte == 0 {
             let bad = matches!(result, Some(Err(_)));
             if bad {
                 self.counts.bad_here += 1;
                 self.counts.lost_bytes += self.pending;
-            } else if self.astray && result.is_some() {
+            } else if self.out_of_sync && result.is_some() {
                 self.counts.resynchronised += 1;
             }
-            self.astray = bad || (self.astray && result.is_none());
+            self.out_of_sync = bad || (self.out_of_sync && result.is_none());
             self.pending = 0;
         }
         result

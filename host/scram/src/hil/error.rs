@@ -61,11 +61,11 @@ pub enum HilError {
          board's reset button and start again. In QEMU: is the file the program that `cargo run -p xtask -- build-pil` builds?"
     ))]
     NoAnswer {
-        /// So many requests.
+        /// Number of requests sent.
         tries: u32,
-        /// In so long.
+        /// Time waited in all.
         waited: Duration,
-        /// What came instead.
+        /// Frames and bytes received while waiting.
         counts: Counts,
     },
     /// The chip's messages are not ours.
@@ -74,7 +74,7 @@ pub enum HilError {
         "build both from the same sources: flash `hil` again (`cargo flash-hil`), or `cargo run -p xtask -- build-pil`"
     ))]
     Version {
-        /// The chip's.
+        /// Protocol version of the chip.
         theirs: u32,
     },
     /// The chip has forgotten the run.
@@ -85,7 +85,7 @@ pub enum HilError {
     #[error("the chip's controller refuses the parameters")]
     #[diagnostic(help("a number in [controller] is out of its range: `scram sim` on the same robot file says which"))]
     Parameters,
-    /// An answer that is none here.
+    /// An answer to another question.
     #[error("the chip's answers mean nothing to this program: it was built from other sources")]
     #[diagnostic(help(
         "build both from the same sources: flash `hil` again (`cargo flash-hil`), or `cargo run -p xtask -- build-pil`"

@@ -1,6 +1,6 @@
 //! Recorded against replayed, quantity by quantity.
 
-use control::protocol::radio::Row;
+use control::protocol::radio::PackedTick;
 use control::{AdcCode, Telemetry};
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use recording::FullRow;
 /// How one quantity compares over the run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Quantity {
-    /// What.
+    /// Name of the quantity.
     pub name: &'static str,
     /// Of values and differences; empty for words.
     pub unit: &'static str,
@@ -33,15 +33,15 @@ pub struct Quantity {
 /// Where two runs part.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct First {
-    /// When, s.
+    /// Time in the recording, s.
     pub t_s: f64,
-    /// Then.
+    /// Value in the recording.
     pub recorded: Shown,
-    /// Now.
+    /// Value of the replay.
     pub replayed: Shown,
 }
 
-/// A value.
+/// Value of a quantity, as printed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Shown {
@@ -63,7 +63,7 @@ impl std::fmt::Display for Shown {
 /// The largest difference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Worst {
-    /// When, s.
+    /// Time in the recording, s.
     pub t_s: f64,
     /// Replayed less recorded.
     pub difference: f64,
@@ -83,7 +83,7 @@ impl Tally {
     fn number(&mut self, t_s: f64, recorded: f64, replayed: f64, difference: f64, step: f64) {
         self.compared += 1;
         self.squares += difference * difference;
-        // Written so that a difference that is no number counts.
+        // Written so that a difference that is NaN counts.
         if difference.abs() <= step {
             return;
         }
@@ -152,8 +152,8 @@ impl AsRecorded {
             let exact = |value: f32| (f64::from(value), 0.0);
             return Self { duty: exact(now.actuation.duty), angle: exact(now.angle), speed: exact(now.speed) };
         }
-        let told = Row::new(AdcCode::default(), now);
-        let step = Row { duty: Some(1), angle: 1, speed: 1, ..Row::default() };
+        let told = PackedTick::new(AdcCode::default(), now);
+        let step = PackedTick { duty: Some(1), angle: 1, speed: 1, ..PackedTick::default() };
         // Both are on the radio's steps: half a step tells one from the next. A value near the middle between two steps may be
         // rounded to either, for the last bits of the replayed one hang on where the recording begins.
         let pair = |value: f32, rounded: f32, recorded: Option<f64>, step: f32| {
@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn telemetry_is_compared_to_its_step_and_a_simulation_to_the_bit() {
         let now = told(0.3, -3.1, 44.0);
-        let said = Row::new(AdcCode(0), &now);
+        let said = PackedTick::new(AdcCode(0), &now);
         let (duty, angle, speed) = (said.duty().unwrap(), said.angle(), said.speed());
         assert!(different(&row(true, duty, angle, speed), &now).is_empty());
         assert_eq!(different(&row(false, duty, angle, speed), &now), ["duty", "estimated angle"]);

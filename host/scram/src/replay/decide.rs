@@ -1,4 +1,4 @@
-//! The current controller on recorded samples and orders.
+//! The current controller on recorded samples and commands.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -9,7 +9,7 @@ use control::{Actuation, AdcCode, Command, Controller, ParameterError, Parameter
 use recording::{FullRow, Outcome, ParameterValue, RecordedEvent, SessionEvent};
 use simulation::Drive;
 
-/// An order over the radio that the robot has not visibly followed after this long is told anyway, s: it was refused, or
+/// A command over the radio that the robot has not visibly followed after this long is told anyway, s: it was refused, or
 /// makes no difference yet.
 const FOLLOWED_WITHIN_S: f64 = 1.0;
 
@@ -29,7 +29,7 @@ enum Told {
     Factory,
 }
 
-/// What the robot answered to an order.
+/// What the robot answered to a command.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Answered {
     outcome: Outcome,
@@ -37,7 +37,7 @@ pub(super) struct Answered {
     parameter: Option<ParameterValue>,
 }
 
-/// The answers of a recording in the order of its orders: each order has one, and a robot answers one after the other.
+/// The answers of a recording in the order of its commands: each command has one, and a robot answers one after the other.
 pub(super) fn answers(events: &[RecordedEvent], robot: Option<&str>) -> VecDeque<Answered> {
     let of_robot = |event: &&RecordedEvent| robot.is_none() || event.robot.as_deref() == robot;
     let answered = events.iter().filter(of_robot).filter_map(|event| match &event.event {
@@ -49,7 +49,7 @@ pub(super) fn answers(events: &[RecordedEvent], robot: Option<&str>) -> VecDeque
     answered.collect()
 }
 
-/// When an order over the radio is told.
+/// When a command over the radio is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum When {
     /// Before the decision of this tick of the recording: the robot said so.
@@ -61,7 +61,7 @@ enum When {
     OnlySeen,
 }
 
-/// An order over the radio that is not told yet.
+/// A command over the radio that is not told yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Waiting {
     ordered_s: f64,
@@ -78,12 +78,12 @@ fn set_of(text: &str) -> Option<(u16, f32)> {
     Some((index, value.parse().ok()?))
 }
 
-/// What an order tells the controller.
+/// What a command tells the controller.
 fn told(event: &SessionEvent, answered: Option<&Answered>) -> Option<Told> {
     if let Some(command) = command(event) {
         return Some(Told::Command(command));
     }
-    let SessionEvent::Order { text, .. } = event else { return None };
+    let SessionEvent::Command { text, .. } = event else { return None };
     // Parameters change only where the robot says that they have.
     answered.filter(|answered| answered.outcome == Outcome::Done)?;
     if text.trim() == "factory" {
@@ -100,10 +100,10 @@ fn told(event: &SessionEvent, answered: Option<&Answered>) -> Option<Told> {
 /// What the controller is told by an event; `None` for what it never hears of.
 pub(super) fn command(event: &SessionEvent) -> Option<Command> {
     match event {
-        SessionEvent::Order { command: Some(command), .. } => Some(*command),
-        SessionEvent::Order { text, .. } => {
+        SessionEvent::Command { command: Some(command), .. } => Some(*command),
+        SessionEvent::Command { text, .. } => {
             let drive = Drive::parse_script(text, Path::new("order")).ok()?;
-            drive.steps.first().map(|step| step.order.command())
+            drive.steps.first().map(|step| step.command.to_control())
         }
         SessionEvent::Stop => Some(Command::Idle),
         _ => None,
@@ -132,9 +132,9 @@ pub(super) struct Decider {
     controller: Controller,
     /// As the firmware is built with: those of the robot file.
     parameters: Parameters,
-    /// Orders that are not told yet.
+    /// Commands that are not told yet.
     waiting: VecDeque<Waiting>,
-    /// What the robot answered to the orders that come, in their order.
+    /// What the robot answered to the commands that come, in their order.
     answers: VecDeque<Answered>,
     /// Ticks that begin as those of a robot that has been on for a while.
     begins_restarted: bool,
@@ -143,7 +143,7 @@ pub(super) struct Decider {
     no_battery: bool,
     /// The times are those of the rows, not of the samples.
     rounded_times: bool,
-    /// An order's effect was placed by what the robot was seen to do.
+    /// A command's effect was placed by what the robot was seen to do.
     guessed: bool,
 }
 
@@ -177,7 +177,7 @@ impl Decider {
             SessionEvent::LinkLost => self.linked = false,
             SessionEvent::LinkRegained => self.linked = true,
             other => {
-                let is_order = matches!(other, SessionEvent::Order { repeat: false, .. });
+                let is_order = matches!(other, SessionEvent::Command { repeat: false, .. });
                 let answered = if is_order { self.answers.pop_front() } else { None };
                 let when = match &answered {
                     // The robot went on with what it did.
@@ -243,8 +243,8 @@ impl Decider {
         }
     }
 
-    /// Whether an order over the radio has reached the robot, by what the robot said: its state or, where that was the
-    /// same before, a duty that fits better with the order than without.
+    /// Whether a command over the radio has reached the robot, by what the robot said: its state or, where that was the
+    /// same before, a duty that fits better with the command than without.
     fn has_followed(&self, order: &Waiting, row: &FullRow, sample: &Sample) -> bool {
         let Told::Command(command) = order.told else { return row.t_s >= order.ordered_s };
         if row.t_s < order.ordered_s || row.t_s - order.ordered_s > FOLLOWED_WITHIN_S {

@@ -1,8 +1,8 @@
 //! What a run looked like, collected in bounded memory while its entries pass.
 
 use control::{Command, Fault, State, Telemetry};
-use description::Robot;
-use description::angle_code::{AngleScale, angle_scale};
+use robot_file::Robot;
+use robot_file::angle_code::{AngleScale, angle_scale};
 
 use super::decide::command;
 use super::trail::Trail;
@@ -27,7 +27,7 @@ pub(super) struct Held {
 /// Why a moment is marked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Why {
-    Order,
+    Command,
     Fault,
     Link,
     Note,
@@ -159,15 +159,15 @@ impl History {
 
     pub(super) fn event(&mut self, event: &RecordedEvent) {
         let t = event.t_s;
-        if let SessionEvent::Order { repeat: true, .. } = event.event {
+        if let SessionEvent::Command { repeat: true, .. } = event.event {
             return;
         }
         if let Some(command) = command(&event.event) {
             self.target(t, command);
         }
         match &event.event {
-            SessionEvent::Order { text, .. } => self.mark(t, text.clone(), Why::Order),
-            SessionEvent::Stop => self.mark(t, "stop".into(), Why::Order),
+            SessionEvent::Command { text, .. } => self.mark(t, text.clone(), Why::Command),
+            SessionEvent::Stop => self.mark(t, "stop".into(), Why::Command),
             SessionEvent::LinkLost => self.mark(t, "link lost".into(), Why::Link),
             SessionEvent::LinkRegained => self.mark(t, "link back".into(), Why::Link),
             SessionEvent::Note { text } => self.mark(t, text.clone(), Why::Note),

@@ -1,4 +1,4 @@
-//! A recording seen again: what happened, and what the current controller would do with the same samples and orders.
+//! A recording seen again: what happened, and what the current controller would do with the same samples and commands.
 //!
 //! The samples are fixed (open loop): once the controller decides otherwise, the shaft of the recording does not follow it.
 //! So a difference shows that and where decisions change, not how the new run would go on.
@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 use control::State;
-use description::Robot;
+use robot_file::Robot;
 use serde::Serialize;
 
 use crate::progress;
@@ -42,11 +42,11 @@ pub struct Findings {
     pub missed_ticks: u64,
     /// In how many gaps.
     pub gaps: u64,
-    /// Orders that a controller understands, without repeats.
+    /// Commands that a controller understands, without repeats.
     pub orders: u64,
     /// Whether every decision (bridge, duty, state, fault) is the same; null where there is no comparison.
     pub same: Option<bool>,
-    /// In a sentence.
+    /// Conclusion, as a sentence.
     pub verdict: String,
     /// One a quantity; empty where there is no comparison.
     pub compared: Vec<Quantity>,
@@ -120,7 +120,7 @@ impl Pass {
         }
         let mut tick_s = description_tick(robot);
         let mut decider = None;
-        match description::design::design(robot) {
+        match robot_file::design::design(robot) {
             Ok(design) => {
                 tick_s = f64::from(design.parameters.tick);
                 match Decider::new(&design.parameters, answers) {
@@ -159,7 +159,7 @@ impl Pass {
         match entry {
             Entry::Row(row) => self.row(row),
             Entry::Event(event) => {
-                if let SessionEvent::Order { repeat: false, .. } = event.event {
+                if let SessionEvent::Command { repeat: false, .. } = event.event {
                     self.orders += u64::from(decide::command(&event.event).is_some());
                 }
                 if let Some(decider) = &mut self.decider {

@@ -107,7 +107,7 @@ impl History {
         self.panel("Angle of the shaft", "angle / °", vec![measured, lower, upper])
     }
 
-    /// A constant from each order to the next.
+    /// A constant from each command to the next.
     fn targets(&self, label: &str, value: impl Fn(&(f64, Option<f64>, [Option<f64>; 2])) -> Option<f64>) -> Line {
         let ends = self.targets.iter().skip(1).map(|target| target.0).chain([self.whole().1]);
         let levels = self.targets.iter().zip(ends).flat_map(|(target, end)| {
@@ -120,7 +120,7 @@ impl History {
     fn timeline(&self, strips: Vec<Strip>) -> Timeline {
         let mark = |(at, text, why): &(f64, String, Why)| {
             let colour = match why {
-                Why::Order => TARGET,
+                Why::Command => TARGET,
                 Why::Fault => FAULT,
                 Why::Link => LINK,
                 Why::Note => QUIET,

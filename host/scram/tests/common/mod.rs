@@ -8,7 +8,7 @@ pub mod command;
 
 use std::path::{Path, PathBuf};
 
-use description::Robot;
+use robot_file::Robot;
 
 /// The project's root.
 pub fn root() -> PathBuf {

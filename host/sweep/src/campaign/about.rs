@@ -33,7 +33,7 @@ impl Campaign<'_> {
         }
         let axis = |axis: &Axis| (axis.what.column(), numbers(&axis.values));
         about.insert("axes".into(), Value::Table(self.design.axes.iter().map(axis).collect()));
-        let robot = serde_json::to_value(self.workshop.robot()).unwrap_or_default();
+        let robot = serde_json::to_value(self.builder.robot()).unwrap_or_default();
         about.insert("robot".into(), to_toml(&robot).unwrap_or(Value::Table(Table::new())));
         about
     }

@@ -42,7 +42,7 @@ impl Unknown {
 
 /// A set and what it gave.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tried {
+pub(super) struct EvaluatedSet {
     pub values: Vec<f64>,
     /// Which claims hold; none where one could not be judged.
     pub holds: Vec<Option<bool>>,
@@ -50,7 +50,7 @@ pub(super) struct Tried {
     pub note: String,
 }
 
-impl Tried {
+impl EvaluatedSet {
     pub(super) fn held(&self) -> usize {
         self.holds.iter().filter(|holds| **holds == Some(true)).count()
     }
@@ -99,12 +99,13 @@ mod tests {
 
     #[test]
     fn rows_are_read_as_they_were_written() {
-        let tried = Tried { values: vec![1.5, 2e-5], holds: vec![Some(true), None, Some(false)], note: "why".into() };
-        assert_eq!(Tried::parse(&tried.cells(), 2, 3), Some(tried.clone()));
+        let evaluated =
+            EvaluatedSet { values: vec![1.5, 2e-5], holds: vec![Some(true), None, Some(false)], note: "why".into() };
+        assert_eq!(EvaluatedSet::parse(&evaluated.cells(), 2, 3), Some(evaluated.clone()));
         for (place, wrong) in [(0, "x"), (1, "NaN"), (2, "2"), (4, "no")] {
-            let mut cells = tried.cells();
+            let mut cells = evaluated.cells();
             cells[place] = wrong.into();
-            assert_eq!(Tried::parse(&cells, 2, 3), None, "{wrong}");
+            assert_eq!(EvaluatedSet::parse(&cells, 2, 3), None, "{wrong}");
         }
     }
 }

@@ -5,7 +5,7 @@ use hal_sim::body::{Drive, Ensemble, Plan, Snapshot, Walker, WalkingRobots, ense
 
 use super::phase::Phase;
 use super::{DriveKind, INTERVAL_S, RunSettings, Trial, TrialError, command};
-use simulation::{Order, REFRESH_S};
+use simulation::{DriveCommand, REFRESH_S};
 
 /// Robots on their way.
 pub(super) enum Group {
@@ -62,7 +62,7 @@ impl Group {
 pub(super) struct MotorGroup {
     robots: WalkingRobots,
     controllers: Vec<Controller>,
-    orders: Vec<Order>,
+    commands: Vec<DriveCommand>,
     tick: usize,
     ticks_per_interval: usize,
     refresh: usize,
@@ -84,7 +84,7 @@ impl MotorGroup {
             controllers.push(Controller::new(parameters).map_err(|e| body(&e))?);
         }
         let mut robots = WalkingRobots::new(walkers, settings.precision).map_err(|e| body(&e))?;
-        let orders: Vec<Order> = trials.iter().map(|trial| Order::Freq { hz: trial.f_hz }).collect();
+        let commands: Vec<DriveCommand> = trials.iter().map(|trial| DriveCommand::Freq { hz: trial.f_hz }).collect();
         for (i, controller) in controllers.iter_mut().enumerate() {
             let time_us = robots.sample(i).time_us;
             command(controller, trials[i].f_hz, time_us)?;
@@ -93,7 +93,7 @@ impl MotorGroup {
         Ok(Self {
             robots,
             controllers,
-            orders,
+            commands,
             tick: 0,
             ticks_per_interval: (INTERVAL_S / tick_s).round().max(1.0) as usize,
             refresh: (REFRESH_S / tick_s).round().max(1.0) as usize,
@@ -108,7 +108,7 @@ impl MotorGroup {
                 let sample = self.robots.sample(i);
                 if repeat && controller.telemetry().state != State::Fault {
                     // It was taken at the start; a later refusal is a fault, which the telemetry shows.
-                    let _ = controller.command(self.orders[i].command(), sample.time_us);
+                    let _ = controller.command(self.commands[i].to_control(), sample.time_us);
                 }
                 actuations.push(controller.tick(&sample));
             }
@@ -145,7 +145,7 @@ impl IdealGroup {
             drives.clear();
             drives.extend(self.phases.iter().map(|phase| {
                 let (angle, speed, acceleration) = phase.at(middle);
-                Drive::Motor { angle, speed, acceleration, spin_inertia: 0.0 }
+                Drive::Motor { angle, speed, acceleration, rotor_inertia: 0.0 }
             }));
             self.bodies.advance(1, &drives);
             self.step += 1;

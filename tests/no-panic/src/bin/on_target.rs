@@ -18,9 +18,9 @@ pub extern "C" fn _start() -> ! {
     black_box(roots::dongle_request as *const ());
     black_box(roots::dongle_answer as *const ());
     black_box(roots::ear_hears as *const ());
-    black_box(roots::ear_and_voice as *const ());
+    black_box(roots::session_receiver_and_sealer as *const ());
     black_box(roots::robot_tells as *const ());
-    black_box(roots::console_orders as *const ());
+    black_box(roots::console_downlink as *const ());
     black_box(roots::console_orders_all as *const ());
     black_box(roots::robot_notices as *const ());
     black_box(roots::console_calls as *const ());

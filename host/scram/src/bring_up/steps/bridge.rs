@@ -6,15 +6,15 @@ use control::protocol::radio::{Crash, CrashPlace, InjectedFault, Reset};
 use control::{Command, Fault};
 
 use super::{BARE, EN_FALLS, from_to};
-use crate::bring_up::operator::{Act, Expected, Look, Signal};
+use crate::bring_up::operator::{Act, Expected, Observation, Signal};
 use crate::bring_up::rig::{Back, GENTLE, Halt, Rig};
 use crate::bring_up::step::Step;
 
 const SCOPE: &str = "an oscilloscope on EN and on the LED's pin, trigger on the LED's falling edge";
 /// A crash cuts the bridge at once, ms.
-const AT_ONCE: Look = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 1.0, "ms");
+const AT_ONCE: Observation = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 1.0, "ms");
 /// The watchdog with its oscillator's error, ms.
-const WATCHDOG: Look = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 55.0, "ms");
+const WATCHDOG: Observation = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 55.0, "ms");
 /// A hang that every watchdog ends, ms.
 const HANG_MS: u16 = 2000;
 /// Drives so long before it falls silent.
@@ -103,7 +103,7 @@ fn crash(rig: &mut Rig, how: Crash, place: CrashPlace) -> Result<(), Halt> {
     rig.inject(InjectedFault::Crash { how, place }, 1000)?;
     let back = rig.back(since, Duration::from_secs(2))?;
     rig.must_boot(back, Reset::Panic, "it did not crash: it went on");
-    rig.look(&AT_ONCE).map(drop)
+    rig.observe(&AT_ONCE).map(drop)
 }
 
 fn hang(rig: &mut Rig) -> Result<(), Halt> {
@@ -111,7 +111,7 @@ fn hang(rig: &mut Rig) -> Result<(), Halt> {
     rig.inject(InjectedFault::HangLoop, HANG_MS)?;
     let back = rig.back(since, Duration::from_millis(u64::from(HANG_MS) + 2000))?;
     rig.must_boot(back, Reset::Watchdog, "the watchdog did not bite: the loop hung for 2 s, and the robot went on");
-    rig.look(&WATCHDOG).map(drop)
+    rig.observe(&WATCHDOG).map(drop)
 }
 
 fn halt(rig: &mut Rig) -> Result<(), Halt> {
@@ -129,7 +129,7 @@ fn brown_out(rig: &mut Rig) -> Result<(), Halt> {
     rig.must_boot(back, Reset::BrownOut, "it did not reset");
     let expected = Expected::Number("V");
     let text = "supply at which it reset";
-    rig.look(&Look { key: "reset-at", text, signal: Signal::Other, expected }).map(drop)
+    rig.observe(&Observation { key: "reset-at", text, signal: Signal::Other, expected }).map(drop)
 }
 
 fn held_reset(rig: &mut Rig) -> Result<(), Halt> {
@@ -139,7 +139,7 @@ fn held_reset(rig: &mut Rig) -> Result<(), Halt> {
     let back = rig.back(since, Duration::from_secs(2))?;
     rig.must_boot(back, Reset::PowerOn, "it did not reset");
     let text = "EN low from the button's press on";
-    rig.look(&super::is("en-low", text, Signal::EnableLow)).map(drop)
+    rig.observe(&super::is("en-low", text, Signal::EnableLow)).map(drop)
 }
 
 fn lost_radio(rig: &mut Rig) -> Result<(), Halt> {
@@ -161,5 +161,5 @@ fn lost_radio(rig: &mut Rig) -> Result<(), Halt> {
     let longest_s = before_s + bound_s + 0.2;
     let text = "longest time that EN was high; at most the drive before the silence and command_bound_s";
     let expected = Expected::Between(0.0, (longest_s * 1e3).round() / 1e3, "s");
-    rig.look(&Look { key: "en-high", text, signal: Signal::EnablePulse, expected }).map(drop)
+    rig.observe(&Observation { key: "en-high", text, signal: Signal::EnablePulse, expected }).map(drop)
 }

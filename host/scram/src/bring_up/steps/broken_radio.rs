@@ -6,7 +6,7 @@ use control::Command;
 use control::protocol::radio::{InjectedFault, Reset};
 
 use super::{BARE, EN_FALLS, Signal, ask, from_to, is};
-use crate::bring_up::operator::Look;
+use crate::bring_up::operator::Observation;
 use crate::bring_up::rig::{Back, GENTLE, Halt, Rig};
 use crate::bring_up::step::{Step, Wiring};
 
@@ -20,7 +20,7 @@ const UNDERWAY_S: f64 = 0.35;
 /// The hang of a loop at rest, ms: longer than a driven motor's watchdog waits.
 const HANG_MS: u16 = 300;
 /// The watchdog of a driven motor with its oscillator's error, ms.
-const WATCHDOG: Look = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 55.0, "ms");
+const WATCHDOG: Observation = from_to("en-falls", EN_FALLS, Signal::EnableAfterMark, 0.0, 55.0, "ms");
 
 pub const STEPS: &[Step] = &[
     Step {
@@ -119,7 +119,7 @@ fn driven(rig: &mut Rig, fault: InjectedFault, for_ms: u16) -> Result<Duration, 
 fn off_in_time(rig: &mut Rig) -> Result<(), Halt> {
     let longest_ms = (rig.bound("controller.supervisor.command_bound_s")? + UNDERWAY_S) * 1e3;
     let text = "from the LED's falling edge to EN's last falling edge; command_bound_s and what was on its way";
-    rig.look(&from_to("en-falls", text, Signal::EnableAfterMark, 0.0, longest_ms, "ms")).map(drop)
+    rig.observe(&from_to("en-falls", text, Signal::EnableAfterMark, 0.0, longest_ms, "ms")).map(drop)
 }
 
 fn unheard(rig: &mut Rig) -> Result<(), Halt> {
@@ -156,7 +156,7 @@ fn patience(rig: &mut Rig) -> Result<(), Halt> {
     let since = driven(rig, InjectedFault::HangLoop, HANG_MS)?;
     let back = rig.back(since, Duration::from_secs(2))?;
     rig.must_boot(back, Reset::Watchdog, "the watchdog did not bite: the loop hung for 300 ms, and the robot went on");
-    rig.look(&WATCHDOG)?;
+    rig.observe(&WATCHDOG)?;
     let (begun, mut turns) = (rig.session.now(), 0_u32);
     while rig.session.now().saturating_sub(begun) < rig.options.length {
         rig.drive(Command::Speed { omega: -44.0 })?;

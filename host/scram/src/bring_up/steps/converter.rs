@@ -6,7 +6,7 @@ use control::protocol::radio::Status;
 
 use super::{BARE, from_to};
 use crate::bring_up::Chip;
-use crate::bring_up::operator::{Act, Expected, Look, Seen, Signal, number};
+use crate::bring_up::operator::{Act, Expected, Observation, Seen, Signal, number};
 use crate::bring_up::rig::{CONSTANT_V, Halt, Rig};
 use crate::bring_up::step::{Step, Wiring};
 use link::Event;
@@ -39,7 +39,7 @@ pub const STEPS: &[Step] = &[
         run: |rig| {
             let text = "lowest voltage with code 4095 (`scram console` shows the code)";
             let expected = Expected::Between(2.4, 3.3, "V");
-            rig.look(&Look { key: "saturates-above", text, signal: Signal::Other, expected }).map(drop)
+            rig.observe(&Observation { key: "saturates-above", text, signal: Signal::Other, expected }).map(drop)
         },
         ..BARE
     },
@@ -55,7 +55,7 @@ pub const STEPS: &[Step] = &[
         title: "One conversion takes 37 µs",
         needs: "an oscilloscope, and the LED toggled around `Converter::angle`",
         about: "The time of a conversion is measured.",
-        run: |rig| rig.look(&from_to("us", "one conversion", Signal::Conversion, 20.0, 45.0, "us")).map(drop),
+        run: |rig| rig.observe(&from_to("us", "one conversion", Signal::Conversion, 20.0, 45.0, "us")).map(drop),
         ..BARE
     },
     Step {
@@ -139,9 +139,13 @@ fn noise(rig: &mut Rig) -> Result<(), Halt> {
 }
 
 fn battery(rig: &mut Rig) -> Result<(), Halt> {
-    let look =
-        Look { key: "cell", text: "the cell by the voltmeter", signal: Signal::Cell, expected: Expected::Number("V") };
-    let Seen::Value(volt) = rig.look(&look)? else { return Ok(()) };
+    let observation = Observation {
+        key: "cell",
+        text: "the cell by the voltmeter",
+        signal: Signal::Cell,
+        expected: Expected::Number("V"),
+    };
+    let Seen::Value(volt) = rig.observe(&observation)? else { return Ok(()) };
     let told = rig.telemetry().map_or(0.0, |batch| f64::from(batch.battery_mv) * 1e-3);
     let range = format!("{:.2} … {:.2} V", 0.95 * volt, 1.05 * volt);
     rig.check("the cell by telemetry", number(told, "V"), &range, (told - volt).abs() <= 0.05 * volt);

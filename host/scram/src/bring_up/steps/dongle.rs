@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::{BARE, ask, from_to, is};
 use crate::bring_up::Chip;
-use crate::bring_up::operator::{Expected, Look, Signal};
+use crate::bring_up::operator::{Expected, Observation, Signal};
 use crate::bring_up::rig::{Halt, Rig};
 use crate::bring_up::step::Step;
 
@@ -40,7 +40,7 @@ pub const STEPS: &[Step] = &[
         about: "`scram hil --port PORT` prints them.",
         run: |rig| {
             let (text, expected) = ("cycles of the worst tick", Expected::Number("cycles"));
-            ask(rig, &[Look { key: "worst", text, signal: Signal::Other, expected }])
+            ask(rig, &[Observation { key: "worst", text, signal: Signal::Other, expected }])
         },
         ..LOOP
     },

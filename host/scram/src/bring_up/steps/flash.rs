@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use control::Command;
 use control::parameters::table;
-use control::protocol::radio::{Reset, Source, What};
+use control::protocol::radio::{Request, Reset, Source};
 
 use super::{BARE, EN_LOW, is};
 use crate::bring_up::operator::{Act, Signal};
@@ -49,8 +49,8 @@ fn index() -> u16 {
 }
 
 fn save(rig: &mut Rig, value: f32) -> Result<(), Halt> {
-    rig.must(What::Set { index: index(), value })?;
-    rig.must(What::Save)
+    rig.must(Request::Set { index: index(), value })?;
+    rig.must(Request::Save)
 }
 
 fn cuts(rig: &mut Rig) -> Result<(), Halt> {
@@ -59,8 +59,8 @@ fn cuts(rig: &mut Rig) -> Result<(), Halt> {
     let mut wrong = Vec::new();
     for turn in 0..times {
         let value = VALUES[usize::from(before == VALUES[0])];
-        rig.must(What::Set { index: index(), value })?;
-        rig.session.order(rig.robot, What::Save);
+        rig.must(Request::Set { index: index(), value })?;
+        rig.session.request(rig.robot, Request::Save);
         let since = rig.session.now();
         rig.listen(SAVING * turn / times.max(1), |_| true)?;
         rig.act(Act::PowerCycle)?;
@@ -78,7 +78,7 @@ fn cuts(rig: &mut Rig) -> Result<(), Halt> {
     if times < 50 {
         rig.check("cuts, reduced with --repeats", format!("{times} instead of 50"), "as many as were asked for", true);
     }
-    rig.must(What::Factory)
+    rig.must(Request::Factory)
 }
 
 fn stands_still(rig: &mut Rig) -> Result<(), Halt> {
@@ -92,12 +92,12 @@ fn stands_still(rig: &mut Rig) -> Result<(), Halt> {
     rig.check("longest period meanwhile", format!("{longest_us} us"), "below 400000 us", longest_us < 400_000);
     let booted = after.counters.ticks < before.counters.ticks;
     rig.check("the session", if booted { "the robot booted" } else { "goes on" }.into(), "goes on", !booted);
-    rig.must(What::Factory)
+    rig.must(Request::Factory)
 }
 
 fn refused(rig: &mut Rig) -> Result<(), Halt> {
     rig.drive(Command::Duty { duty: GENTLE })?;
-    let outcome = rig.ask(What::Save)?;
+    let outcome = rig.ask(Request::Save)?;
     let refused = outcome == Outcome::Refused(control::Refusal::Driving);
     rig.check("`save` while it drives", link::outcome(outcome), "refused", refused);
     rig.stop()?;
@@ -107,6 +107,6 @@ fn refused(rig: &mut Rig) -> Result<(), Halt> {
     let after = rig.next_status()?;
     let booted = after.counters.ticks < before.counters.ticks;
     rig.check("after `save` at rest", if booted { "a boot" } else { "no boot" }.into(), "no boot", !booted);
-    rig.look(&is("en-low", EN_LOW, Signal::EnableLow))?;
-    rig.must(What::Factory)
+    rig.observe(&is("en-low", EN_LOW, Signal::EnableLow))?;
+    rig.must(Request::Factory)
 }

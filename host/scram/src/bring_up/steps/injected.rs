@@ -67,8 +67,9 @@ fn starved(rig: &mut Rig) -> Result<(), Halt> {
     rig.arm();
     let fault = InjectedFault::StarveLoop { hang_ms: 30, run_ticks: 0 };
     found(rig, fault, "a loop that hangs for 30 ms in every tick", STARVED_TOLD_S)?;
-    let look = super::from_to("en-falls", super::EN_FALLS, super::Signal::EnableAfterMark, 0.0, STARVED_MS, "ms");
-    rig.look(&look).map(drop)
+    let observation =
+        super::from_to("en-falls", super::EN_FALLS, super::Signal::EnableAfterMark, 0.0, STARVED_MS, "ms");
+    rig.observe(&observation).map(drop)
 }
 
 /// A fault that the robot must find while the motor turns.

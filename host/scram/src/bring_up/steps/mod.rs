@@ -15,7 +15,7 @@ mod robot;
 mod start;
 mod time;
 
-use super::operator::{Expected, Look, Signal};
+use super::operator::{Expected, Observation, Signal};
 use super::rig::{Halt, Rig};
 use super::step::{Step, Wiring};
 
@@ -49,8 +49,8 @@ const BARE: Step =
     Step { number: 0, title: "", chip: None, wiring: Wiring::Bare, needs: "", about: "", run: |_| Ok(()) };
 
 /// A question to be answered with yes.
-const fn is(key: &'static str, text: &'static str, signal: Signal) -> Look {
-    Look { key, text, signal, expected: Expected::Yes }
+const fn is(key: &'static str, text: &'static str, signal: Signal) -> Observation {
+    Observation { key, text, signal, expected: Expected::Yes }
 }
 
 /// A question to be answered with a number.
@@ -61,13 +61,13 @@ const fn from_to(
     low: f64,
     high: f64,
     unit: &'static str,
-) -> Look {
-    Look { key, text, signal, expected: Expected::Between(low, high, unit) }
+) -> Observation {
+    Observation { key, text, signal, expected: Expected::Between(low, high, unit) }
 }
 
 /// Only questions.
-fn ask(rig: &mut Rig, looks: &[Look]) -> Result<(), Halt> {
-    looks.iter().try_for_each(|look| rig.look(look).map(drop))
+fn ask(rig: &mut Rig, observations: &[Observation]) -> Result<(), Halt> {
+    observations.iter().try_for_each(|observation| rig.observe(observation).map(drop))
 }
 
 const EN_FALLS: &str = "from the LED's falling edge to EN's last falling edge";

@@ -7,7 +7,7 @@ use control::protocol::radio::Reset;
 use control::{Command, Stroke};
 
 use super::{BARE, from_to};
-use crate::bring_up::operator::{Act, Expected, Look, Signal, number};
+use crate::bring_up::operator::{Act, Expected, Observation, Signal, number};
 use crate::bring_up::rig::{Back, Halt, Rig};
 use crate::bring_up::step::{Step, Wiring};
 use link::Event;
@@ -74,7 +74,7 @@ fn brush_noise(rig: &mut Rig) -> Result<(), Halt> {
     rig.check("outliers", number(share, "% of the ticks"), "below 1 %", share < 1.0);
     rig.stop()?;
     let text = "deviation of the codes around the estimate, driven less turned by hand";
-    rig.look(&from_to("noise", text, Signal::Other, -100.0, 5.0, "LSB")).map(drop)
+    rig.observe(&from_to("noise", text, Signal::Other, -100.0, 5.0, "LSB")).map(drop)
 }
 
 fn reversals(rig: &mut Rig) -> Result<(), Halt> {
@@ -94,7 +94,7 @@ fn reversals(rig: &mut Rig) -> Result<(), Halt> {
     no_fault(rig, "a minute of swinging");
     let dip_mv = rest_mv - least_mv;
     rig.check("the cell's dip by telemetry", format!("{dip_mv} mV"), "below 300 mV", dip_mv < 300);
-    rig.look(&from_to("rail", "least voltage of the 3.3 V", Signal::Other, 3.0, 3.4, "V")).map(drop)
+    rig.observe(&from_to("rail", "least voltage of the 3.3 V", Signal::Other, 3.0, 3.4, "V")).map(drop)
 }
 
 fn beside_stall(rig: &mut Rig) -> Result<(), Halt> {
@@ -139,5 +139,6 @@ fn starts(rig: &mut Rig) -> Result<(), Halt> {
         no_fault(rig, &format!("start {turn} of {times}"));
     }
     let expected = Expected::Number("V");
-    rig.look(&Look { key: "dip", text: "deepest dip of the 3.3 V", signal: Signal::Other, expected }).map(drop)
+    rig.observe(&Observation { key: "dip", text: "deepest dip of the 3.3 V", signal: Signal::Other, expected })
+        .map(drop)
 }

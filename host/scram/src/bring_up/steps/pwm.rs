@@ -5,7 +5,7 @@ use std::time::Duration;
 use control::Command;
 
 use super::{BARE, from_to, is};
-use crate::bring_up::operator::{Input, Look, Signal};
+use crate::bring_up::operator::{Input, Observation, Signal};
 use crate::bring_up::rig::{Halt, Rig};
 use crate::bring_up::step::{Step, Wiring};
 use link::Event;
@@ -55,9 +55,9 @@ pub const STEPS: &[Step] = &[
     },
 ];
 
-const HZ: Look = from_to("hz", "frequency of IN1", Signal::Other, 19.99e3, 20.01e3, "Hz");
+const HZ: Observation = from_to("hz", "frequency of IN1", Signal::Other, 19.99e3, 20.01e3, "Hz");
 
-const fn share(key: &'static str, input: Input, percent: f64, tolerance: f64) -> Look {
+const fn share(key: &'static str, input: Input, percent: f64, tolerance: f64) -> Observation {
     let text = match input {
         Input::In1 => "share of the period that IN1 is high",
         Input::In2 => "share of the period that IN2 is high",
@@ -65,9 +65,9 @@ const fn share(key: &'static str, input: Input, percent: f64, tolerance: f64) ->
     from_to(key, text, Signal::Share(input), percent - tolerance, percent + tolerance, "%")
 }
 
-fn at(rig: &mut Rig, duty: f32, looks: &[Look]) -> Result<(), Halt> {
+fn at(rig: &mut Rig, duty: f32, observations: &[Observation]) -> Result<(), Halt> {
     rig.drive(Command::Duty { duty })?;
-    super::ask(rig, looks)?;
+    super::ask(rig, observations)?;
     rig.stop()
 }
 
@@ -78,7 +78,7 @@ fn swing(rig: &mut Rig) -> Result<(), Halt> {
     let fault = rig.fault();
     rig.check("the swinging", format!("{fault:?}"), "no fault", fault.is_none());
     rig.stop()?;
-    rig.look(&is("no-glitch", "no trigger but at a change of direction", Signal::Other)).map(drop)
+    rig.observe(&is("no-glitch", "no trigger but at a change of direction", Signal::Other)).map(drop)
 }
 
 fn direction(rig: &mut Rig) -> Result<(), Halt> {
@@ -93,5 +93,5 @@ fn direction(rig: &mut Rig) -> Result<(), Halt> {
     let fault = rig.fault();
     rig.check("the drive", format!("{fault:?}"), "no fault", fault.is_none());
     rig.check("speed by telemetry", format!("{speed:.1} rad/s"), "above 1 rad/s", speed > 1.0);
-    rig.look(&is("counter-clockwise", "it turns counter-clockwise from above", Signal::CounterClockwise)).map(drop)
+    rig.observe(&is("counter-clockwise", "it turns counter-clockwise from above", Signal::CounterClockwise)).map(drop)
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::time::Duration;
 
 use control::Command;
-use control::protocol::radio::{Crash, CrashPlace, InjectedFault, Status, What};
+use control::protocol::radio::{Crash, CrashPlace, InjectedFault, Request, Status};
 
 use super::time::endures;
 use super::{BARE, ask, is};
@@ -15,7 +15,7 @@ use crate::bring_up::step::{Step, Wiring};
 const HOUR: Duration = Duration::from_secs(3600);
 /// How long the link is looked at.
 const LOOK: Duration = Duration::from_secs(5);
-/// Share of orders that may be missing, and of frames that may come without acknowledgement.
+/// Share of commands that may be missing, and of frames that may come without acknowledgement.
 const MOST_LOST: f64 = 0.03;
 const MOST_UNHEARD: f64 = 0.1;
 /// Resets that must have different nonces.
@@ -144,7 +144,7 @@ pub const STEPS: &[Step] = &[
 ];
 
 fn hear_each_other(rig: &mut Rig) -> Result<(), Halt> {
-    rig.must(What::Command(Command::ClearFault))?;
+    rig.must(Request::Command(Command::ClearFault))?;
     let before = rig.next_status()?;
     let counts = rig.session.counts();
     rig.listen(LOOK, |_| true)?;

@@ -5,7 +5,7 @@ use control::protocol::radio::{Reset, Source};
 use control::supervisor::FAULTS;
 
 use super::{BARE, EN_LOW, ask, is};
-use crate::bring_up::operator::{Act, Expected, Look, Signal};
+use crate::bring_up::operator::{Act, Expected, Observation, Signal};
 use crate::bring_up::rig::{Halt, Rig};
 use crate::bring_up::step::Step;
 
@@ -82,15 +82,15 @@ fn boots(rig: &mut Rig) -> Result<(), Halt> {
     let number = FAULTS.iter().position(|fault| *fault == Fault::Restarted).map_or(0.0, |index| index as f64 + 1.0);
     let text = "the LED's flashes before its pause";
     let expected = Expected::Between(number, number, "");
-    rig.look(&Look { key: "flashes", text, signal: Signal::Flashes, expected }).map(drop)
+    rig.observe(&Observation { key: "flashes", text, signal: Signal::Flashes, expected }).map(drop)
 }
 
-fn starts(rig: &mut Rig, looks: &[Look]) -> Result<(), Halt> {
+fn starts(rig: &mut Rig, observations: &[Observation]) -> Result<(), Halt> {
     rig.arm();
     for act in [Act::PowerCycle, Act::ResetButton] {
         restarted(rig, act, Reset::PowerOn)?;
     }
-    ask(rig, looks)
+    ask(rig, observations)
 }
 
 fn causes(rig: &mut Rig) -> Result<(), Halt> {

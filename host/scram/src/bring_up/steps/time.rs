@@ -25,7 +25,7 @@ pub const STEPS: &[Step] = &[
         title: "The second timer works",
         needs: "an image without `LOOP.wake()` in firmware/src/tick.rs",
         about: "The same with the loop's own timer removed.",
-        run: |rig| rig.look(&is("spread-grows", "longest less shortest period grows", Signal::Other)).map(drop),
+        run: |rig| rig.observe(&is("spread-grows", "longest less shortest period grows", Signal::Other)).map(drop),
         ..BARE
     },
     Step {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use control::State;
-use control::protocol::radio::{BATCH, Batch, Row};
+use control::protocol::radio::{BATCH, Batch, PackedTick};
 use simulation::{Drive, Plan, Trace, run};
 
 use super::*;
@@ -21,9 +21,10 @@ fn simulated(expected: &Expected, duty: f64) -> Trace {
 }
 
 /// Telemetry of a run, as `edit` would have it; batches for which it says so never arrive.
-fn received(trace: &Trace, arrives: impl Fn(u32) -> bool, edit: impl Fn(usize, Row) -> Row) -> Recorder {
+fn received(trace: &Trace, arrives: impl Fn(u32) -> bool, edit: impl Fn(usize, PackedTick) -> PackedTick) -> Recorder {
     let mut recorder = Recorder::default();
-    let rows: Vec<Row> = trace.ticks.iter().map(|tick| Row::new(tick.sample.angle, &tick.telemetry)).collect();
+    let rows: Vec<PackedTick> =
+        trace.ticks.iter().map(|tick| PackedTick::new(tick.sample.angle, &tick.telemetry)).collect();
     for (number, rows) in (0u32..).zip(rows.chunks(BATCH)).filter(|(number, _)| arrives(*number)) {
         let first_tick = number * BATCH as u32;
         let rows = (first_tick as usize..).zip(rows).map(|(tick, row)| edit(tick, *row)).collect();
@@ -44,7 +45,7 @@ fn received(trace: &Trace, arrives: impl Fn(u32) -> bool, edit: impl Fn(usize, R
 }
 
 fn said(recorder: &Recorder, expected: &Expected) -> String {
-    let error = judge(recorder, &recorder.recording(expected.tick_s), expected).expect_err("it is refused");
+    let error = evaluate(recorder, &recorder.recording(expected.tick_s), expected).expect_err("it is refused");
     format!("{error}; {}", error.help().expect("what to do"))
 }
 
@@ -52,14 +53,14 @@ fn said(recorder: &Recorder, expected: &Expected) -> String {
 fn a_good_run_gives_a_correction() {
     let expected = expected();
     let recorder = received(&simulated(&expected, 1.0), |_| true, |_, row| row);
-    let fit = judge(&recorder, &recorder.recording(1e-3), &expected).expect("a correction");
+    let fit = evaluate(&recorder, &recorder.recording(1e-3), &expected).expect("a correction");
     assert!(fit.after_rms_deg < 0.2 && fit.turns > 15.0);
 }
 
 #[test]
 fn a_shaft_that_turns_the_wrong_way_has_swapped_wires() {
     let expected = expected();
-    let swapped = |_, row: Row| Row { duty: row.duty.map(|duty| -duty), ..row };
+    let swapped = |_, row: PackedTick| PackedTick { duty: row.duty.map(|duty| -duty), ..row };
     let text = said(&received(&simulated(&expected, -1.0), |_| true, swapped), &expected);
     assert!(text.contains("the angle falls") && text.contains("motor's two wires"), "{text}");
 }
@@ -67,7 +68,8 @@ fn a_shaft_that_turns_the_wrong_way_has_swapped_wires() {
 #[test]
 fn a_shaft_that_stands_is_said() {
     let expected = expected();
-    let text = said(&received(&simulated(&expected, 1.0), |_| true, |_, row| Row { code: 2000, ..row }), &expected);
+    let text =
+        said(&received(&simulated(&expected, 1.0), |_| true, |_, row| PackedTick { code: 2000, ..row }), &expected);
     assert!(text.contains("does not turn steadily") && text.contains("did it spin?"), "{text}");
 }
 
@@ -82,7 +84,7 @@ fn too_few_turns_are_said() {
 fn a_wiper_with_nothing_but_spikes_gives_no_correction() {
     let expected = expected();
     // Two readings of three are the hum of something else.
-    let spikes = |tick: usize, row: Row| Row {
+    let spikes = |tick: usize, row: PackedTick| PackedTick {
         code: if tick.is_multiple_of(3) { row.code } else { (tick * 1237 % 4096) as u16 },
         ..row
     };

@@ -1,8 +1,8 @@
 //! What `scram sweep` says: progress, warnings, tables.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use sweep::claims::{Number, Verdict};
-use sweep::{Component, Conditions, Found, Measured, Robustness, Stat, Swept, What};
+use sweep::claims::{ClaimResult, Number};
+use sweep::{Component, Conditions, Factor, Found, Measured, Robustness, Stat, Swept};
 
 use super::super::say;
 use super::Summary;
@@ -37,8 +37,8 @@ impl Bar {
 }
 
 pub fn warn_unmatched(measured: &Measured, conditions: &Conditions) {
-    let place = |what: What| conditions.axes.iter().position(|axis| *axis == what);
-    let (Some(f), Some(alpha)) = (place(What::Frequency), place(What::Alpha)) else {
+    let place = |what: Factor| conditions.axes.iter().position(|axis| *axis == what);
+    let (Some(f), Some(alpha)) = (place(Factor::Frequency), place(Factor::Alpha)) else {
         say("warning: measured speeds are of f and alpha; this sweep does not vary both, no error map is drawn");
         return;
     };
@@ -70,7 +70,7 @@ pub fn speeds_table(conditions: &Conditions) -> String {
         }
         (mean, _) => table::or_dash(mean, 2, ""),
     };
-    let mut header: Vec<String> = conditions.axes.iter().map(What::label).collect();
+    let mut header: Vec<String> = conditions.axes.iter().map(Factor::label).collect();
     header.extend(["vx / mm/s", "vy / mm/s", "yaw / °/s", "J/m"].map(String::from));
     let rows = conditions.conditions.iter().map(|condition| {
         let mut row: Vec<String> = condition.point.iter().map(f64::to_string).collect();
@@ -83,7 +83,7 @@ pub fn speeds_table(conditions: &Conditions) -> String {
 
 /// σ (5.2) and φ (5.3) of every condition at nominal friction.
 pub fn robustness_table(nominal: &Conditions, robustness: &[(Component, Robustness)]) -> String {
-    let mut header: Vec<String> = nominal.axes.iter().map(What::label).collect();
+    let mut header: Vec<String> = nominal.axes.iter().map(Factor::label).collect();
     for (name, (component, _)) in ["vx", "vy", "yaw"].into_iter().zip(robustness) {
         header.extend([format!("σ {name} / %"), format!("φ {name} / {}", component.unit())]);
     }
@@ -98,7 +98,7 @@ pub fn robustness_table(nominal: &Conditions, robustness: &[(Component, Robustne
     table::columns(&header.iter().map(String::as_str).collect::<Vec<_>>(), rows)
 }
 
-pub fn claim_text(verdict: &Verdict) -> String {
+pub fn claim_text(verdict: &ClaimResult) -> String {
     let holds = match verdict.holds {
         Some(true) => "holds",
         Some(false) => "does not hold",

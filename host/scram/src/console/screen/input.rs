@@ -3,8 +3,8 @@
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::console::Console;
-use super::look::Look;
 use super::prompt::Prompt;
+use super::theme::Theme;
 use crate::console::model::{Level, Model};
 
 /// The keys, for the help. Esc is first everywhere.
@@ -26,7 +26,7 @@ pub const KEYS: &[(&str, &str)] = &[
 #[derive(Debug)]
 pub struct Screen {
     /// What the terminal can show.
-    pub look: Look,
+    pub theme: Theme,
     /// The command line.
     pub prompt: Prompt,
     /// What became of the last key or line.
@@ -45,8 +45,8 @@ pub struct Screen {
 impl Screen {
     /// An empty command line.
     #[must_use]
-    pub fn new(look: Look, prompt: Prompt) -> Self {
-        Self { look, prompt, message: None, help: None, log_until: None, log_shown: 1, redraw: false, leave: false }
+    pub fn new(theme: Theme, prompt: Prompt) -> Self {
+        Self { theme, prompt, message: None, help: None, log_until: None, log_shown: 1, redraw: false, leave: false }
     }
 
     /// The person wants to leave.

@@ -7,18 +7,18 @@ pub const LEAST: (u16, u16) = (40, 10);
 
 /// How many rows some parts would like.
 #[derive(Clone, Copy, Debug)]
-pub struct Needs {
+pub struct WantedRows {
     /// One a robot.
     pub robots: u16,
     /// What the matter is with the selected robot.
-    pub matter: u16,
+    pub health: u16,
     /// What was wrong with what was typed.
     pub message: u16,
 }
 
 /// The parts of the window, from above. A part without room has a height of 0.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Rooms {
+pub struct Areas {
     /// Port, recording.
     pub header: Rect,
     /// Titles of the list of robots.
@@ -26,7 +26,7 @@ pub struct Rooms {
     /// All robots.
     pub robots: Rect,
     /// What the matter is with the selected one.
-    pub matter: Rect,
+    pub health: Rect,
     /// Its plots.
     pub plots: Rect,
     /// The last events.
@@ -39,10 +39,10 @@ pub struct Rooms {
     pub keys: Rect,
 }
 
-impl Rooms {
+impl Areas {
     /// For a window; `None` where it is too small.
     #[must_use]
-    pub fn new(area: Rect, needs: Needs, least_plot: u16) -> Option<Self> {
+    pub fn new(area: Rect, needs: WantedRows, least_plot: u16) -> Option<Self> {
         let (width, height) = (area.width, area.height);
         if width < LEAST.0 || height < LEAST.1 {
             return None;
@@ -54,8 +54,8 @@ impl Rooms {
         let titles = u16::from(height >= 18);
         let left = height - header - keys - prompt - message - titles;
         // A fault and what to do about it are cut last of all.
-        let matter = needs.matter.clamp(1, left.saturating_sub(2).max(1));
-        let left = left - matter;
+        let health = needs.health.clamp(1, left.saturating_sub(2).max(1));
+        let left = left - health;
         let robots = needs.robots.clamp(1, (height / 4).min(left.saturating_sub(1)).max(1));
         let left = left - robots;
         let log_least = if height >= 16 { 4 } else { 2 };
@@ -71,7 +71,7 @@ impl Rooms {
             header: room(header),
             titles: room(titles),
             robots: room(robots),
-            matter: room(matter),
+            health: room(health),
             plots: room(plots),
             log: room(left - plots),
             message: room(message),
@@ -89,19 +89,19 @@ mod tests {
     fn the_parts_fill_every_window_and_the_important_ones_are_always_there() {
         for width in 40..=200 {
             for height in 10..=100 {
-                for (robots, matter, message) in [(0, 1, 0), (1, 2, 1), (5, 4, 1), (40, 9, 9)] {
+                for (robots, health, message) in [(0, 1, 0), (1, 2, 1), (5, 4, 1), (40, 9, 9)] {
                     let area = Rect::new(0, 0, width, height);
-                    let needs = Needs { robots, matter, message };
-                    let rooms = Rooms::new(area, needs, 3).expect("it is large enough");
-                    let Rooms { header, titles, robots, matter, plots, log, message, prompt, keys } = rooms;
-                    let all = [header, titles, robots, matter, plots, log, message, prompt, keys];
-                    assert_eq!(all.iter().map(|room| room.height).sum::<u16>(), height, "{width}x{height} {rooms:?}");
-                    for must in [robots, matter, message, prompt] {
-                        assert!(must.height > 0, "{width}x{height} {rooms:?}");
+                    let needs = WantedRows { robots, health, message };
+                    let areas = Areas::new(area, needs, 3).expect("it is large enough");
+                    let Areas { header, titles, robots, health, plots, log, message, prompt, keys } = areas;
+                    let all = [header, titles, robots, health, plots, log, message, prompt, keys];
+                    assert_eq!(all.iter().map(|room| room.height).sum::<u16>(), height, "{width}x{height} {areas:?}");
+                    for must in [robots, health, message, prompt] {
+                        assert!(must.height > 0, "{width}x{height} {areas:?}");
                     }
                 }
             }
         }
-        assert!(Rooms::new(Rect::new(0, 0, 39, 10), Needs { robots: 1, matter: 1, message: 1 }, 3).is_none());
+        assert!(Areas::new(Rect::new(0, 0, 39, 10), WantedRows { robots: 1, health: 1, message: 1 }, 3).is_none());
     }
 }

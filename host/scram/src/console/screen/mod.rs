@@ -8,12 +8,12 @@ mod console;
 mod history;
 mod input;
 mod layout;
-mod look;
 mod prompt;
 mod signals;
 #[cfg(test)]
 mod tests;
 mod text;
+mod theme;
 mod view;
 
 use std::io::{self, IsTerminal, Write, stdin, stdout};
@@ -33,9 +33,9 @@ use thiserror::Error;
 pub use console::Console;
 pub use history::History;
 pub use input::Screen;
-pub use look::Look;
 pub use prompt::Prompt;
 use signals::Signals;
+pub use theme::Theme;
 pub use view::draw;
 
 /// Time between two pictures while robots tell something.
@@ -54,7 +54,7 @@ const GLANCE: Duration = Duration::from_micros(20);
 #[derive(Clone, Debug)]
 pub struct ScreenOptions {
     /// What the terminal can show.
-    pub look: Look,
+    pub theme: Theme,
     /// File of what was typed before; `None`: nothing is kept.
     pub history: Option<PathBuf>,
 }
@@ -63,9 +63,9 @@ impl ScreenOptions {
     /// What the environment says, with colour and Unicode switched off where a person wants that.
     #[must_use]
     pub fn detect(no_color: bool, ascii: bool) -> Self {
-        let found = Look::detect(&|name| std::env::var(name).ok());
-        let look = Look { colour: found.colour && !no_color, ascii: found.ascii || ascii };
-        Self { look, history: History::default_path() }
+        let found = Theme::detect(&|name| std::env::var(name).ok());
+        let theme = Theme { colour: found.colour && !no_color, ascii: found.ascii || ascii };
+        Self { theme, history: History::default_path() }
     }
 }
 
@@ -97,7 +97,7 @@ pub fn run(console: &mut impl Console, options: &ScreenOptions) -> Result<(), Re
         }
     };
     let history = options.history.as_deref().map(History::load).unwrap_or_default();
-    let mut screen = Screen::new(options.look, Prompt::new(history));
+    let mut screen = Screen::new(options.theme, Prompt::new(history));
     let ended = turn_round(&mut *terminal, console, &mut screen, &mut next_key, &|| signals.asked());
     // Before the terminal, which may not answer.
     console.finish();
@@ -154,7 +154,7 @@ fn next_key() -> io::Result<Option<Event>> {
     if event::poll(GLANCE)? { event::read().map(Some) } else { Ok(None) }
 }
 
-/// The loop.
+/// Event loop: polls the engine, reads the keys, draws.
 fn turn_round<B: Backend>(
     terminal: &mut Terminal<B>,
     console: &mut impl Console,

@@ -2,7 +2,7 @@
 
 use ratatui::text::Span;
 
-use super::look::Look;
+use super::theme::Theme;
 
 /// Columns that a text takes.
 pub fn width(text: &str) -> usize {
@@ -10,11 +10,11 @@ pub fn width(text: &str) -> usize {
 }
 
 /// The beginning of a text that fits into some columns, marked where it was cut.
-pub fn cut(text: &str, columns: usize, look: Look) -> String {
+pub fn cut(text: &str, columns: usize, theme: Theme) -> String {
     if width(text) <= columns {
         return text.to_owned();
     }
-    let mark = look.ellipsis();
+    let mark = theme.ellipsis();
     let room = columns.saturating_sub(width(mark));
     let (head, _) = split(text, room);
     // Where there is no room for the mark there is little to be told anyway.
@@ -67,7 +67,7 @@ fn split(text: &str, columns: usize) -> (&str, &str) {
 mod tests {
     use super::*;
 
-    const PLAIN: Look = Look { colour: false, ascii: true };
+    const PLAIN: Theme = Theme { colour: false, ascii: true };
 
     #[test]
     fn text_is_folded_between_words() {
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn text_is_cut_where_it_does_not_fit() {
         assert_eq!(cut("a longer name", 8, PLAIN), "a lon...");
-        assert_eq!(cut("a longer name", 8, Look { colour: false, ascii: false }), "a longe…");
+        assert_eq!(cut("a longer name", 8, Theme { colour: false, ascii: false }), "a longe…");
         assert_eq!(cut("fits", 4, PLAIN), "fits");
         assert_eq!(cut("漢字漢字", 6, PLAIN), "漢...");
         for columns in 0..20 {

@@ -12,7 +12,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 
-use super::{Console, History, Look, Prompt, Screen, draw};
+use super::{Console, History, Prompt, Screen, Theme, draw};
 use crate::console::model::{Level, Model, RecordingModel, RobotModel, Series};
 use crate::console::{Candidate, Completion};
 use link::{LinkError, Quality};
@@ -137,11 +137,11 @@ fn series() -> Series {
     series
 }
 
-const UNICODE: Look = Look { colour: true, ascii: false };
-const ASCII: Look = Look { colour: false, ascii: true };
+const UNICODE: Theme = Theme { colour: true, ascii: false };
+const ASCII: Theme = Theme { colour: false, ascii: true };
 
-fn screen(look: Look) -> Screen {
-    Screen::new(look, Prompt::new(History::default()))
+fn screen(theme: Theme) -> Screen {
+    Screen::new(theme, Prompt::new(History::default()))
 }
 
 fn terminal(width: u16, height: u16) -> Terminal<TestBackend> {

@@ -203,9 +203,9 @@ fn every_size_is_borne() {
         screen.message = Some((Level::Bad, "what was wrong, in a long sentence that has to be folded".into()));
     };
     let states: [&dyn Fn(&mut Screen); 3] = [&|_| {}, &help, &menu];
-    for look in [UNICODE, ASCII] {
+    for theme in [UNICODE, ASCII] {
         for state in states {
-            let mut screen = screen(look);
+            let mut screen = screen(theme);
             state(&mut screen);
             for width in 1..=100 {
                 for height in 1..=40 {

@@ -7,21 +7,21 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use crate::console::model::{Level, Model, RecordingModel};
-use crate::console::screen::look::Look;
 use crate::console::screen::text::{cut, width};
+use crate::console::screen::theme::Theme;
 
 /// Draws it.
-pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, look: Look) {
+pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let columns = usize::from(area.width);
     let (level, recording) = recording(model.recording.as_ref());
     // What is recorded matters more than where the dongle is.
-    let recording = cut(&recording, columns.saturating_sub(16), look);
-    let left = cut(&dongle(model), columns.saturating_sub(width(&recording) + 3), look);
+    let recording = cut(&recording, columns.saturating_sub(16), theme);
+    let left = cut(&dongle(model), columns.saturating_sub(width(&recording) + 3), theme);
     let gap = columns.saturating_sub(width(&left) + width(&recording) + 2);
-    let style = look.bar();
+    let style = theme.bar();
     let line = Line::from(vec![
         Span::styled(format!(" {left}{}", " ".repeat(gap)), style),
-        Span::styled(format!("{recording} "), look.level(level).add_modifier(Modifier::REVERSED)),
+        Span::styled(format!("{recording} "), theme.level(level).add_modifier(Modifier::REVERSED)),
     ]);
     frame.render_widget(Paragraph::new(line), area);
 }

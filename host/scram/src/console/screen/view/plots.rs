@@ -9,10 +9,10 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use ratatui::widgets::canvas::{Canvas, Painter, Shape};
 
-use super::matter::value;
+use super::health::value;
 use crate::console::model::{Model, PLOTTED, Plot, RobotModel, Series};
-use crate::console::screen::look::Look;
 use crate::console::screen::text::width;
+use crate::console::screen::theme::Theme;
 
 /// Narrower plots are put below each other.
 const LEAST_WIDTH: u16 = 38;
@@ -36,7 +36,7 @@ struct Kind {
 
 /// From where to where.
 enum Range {
-    /// Always.
+    /// Fixed range.
     Fixed(f64, f64),
     /// What there is, but 0 is on it and it is so long at least.
     WithZero(f64),
@@ -84,16 +84,16 @@ const KINDS: &[Kind] = &[
 ];
 
 /// Rows that a plot needs to tell something: braille has four points above each other in a row.
-pub fn least_height(look: Look) -> u16 {
-    if look.ascii { 5 } else { 3 }
+pub fn least_height(theme: Theme) -> u16 {
+    if theme.ascii { 5 } else { 3 }
 }
 
 /// Draws as many as there is room for.
-pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, look: Look) {
+pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let Some(robot) = model.robot() else { return };
     let across = (area.width / LEAST_WIDTH).clamp(1, 3);
     let most = (KINDS.len() as u16).div_ceil(across);
-    let down = (area.height / least_height(look)).min(most);
+    let down = (area.height / least_height(theme)).min(most);
     for (kind, index) in KINDS.iter().zip(0..across * down) {
         let (column, row) = (index % across, index / across);
         let (left, right) = (column * area.width / across, (column + 1) * area.width / across);
@@ -101,54 +101,54 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, look: Look) {
         // A blank column between neighbours.
         let gap = u16::from(column + 1 < across);
         let room = Rect { x: area.x + left, y: area.y + top, width: right - left - gap, height: bottom - top };
-        one(frame, room, kind, robot, model.now, look);
+        one(frame, room, kind, robot, model.now, theme);
     }
 }
 
-fn one(frame: &mut Frame<'_>, area: Rect, kind: &Kind, robot: &RobotModel, now: Duration, look: Look) {
+fn one(frame: &mut Frame<'_>, area: Rect, kind: &Kind, robot: &RobotModel, now: Duration, theme: Theme) {
     let plot = (kind.plot)(&robot.series);
     let is_angle = kind.title == "angle";
     let cells = area.width.saturating_sub(GUTTER);
     let span = if is_angle { angle_span(robot, now, cells) } else { PLOTTED.as_secs_f64() };
     let from = now.as_secs_f64() - span;
     let ends = ends(&kind.range, plot.since(from));
-    title(frame, area, kind, value(plot, now), span, look);
-    gutter(frame, area, kind, ends, look);
-    let (beside, above) = look.points();
+    title(frame, area, kind, value(plot, now), span, theme);
+    gutter(frame, area, kind, ends, theme);
+    let (beside, above) = theme.points();
     let room = Rect { x: area.x + GUTTER, y: area.y + 1, width: cells, height: area.height.saturating_sub(1) };
     let half_turn = if is_angle { 180.0 } else { f64::INFINITY };
     let columns = columns(plot.since(from), from, span, usize::from(cells) * beside, half_turn);
     if columns.iter().all(Option::is_none) {
-        frame.render_widget(Paragraph::new(" nothing to show").style(look.faint()), room);
+        frame.render_widget(Paragraph::new(" nothing to show").style(theme.faint()), room);
         return;
     }
     let rows = usize::from(room.height) * above;
-    let colour = look.curve().fg.unwrap_or(Color::Reset);
+    let colour = theme.curve().fg.unwrap_or(Color::Reset);
     let curve = Curve { columns: &columns, ends, rows, colour };
     let (x, y) = ([0.0, 1.0], [0.0, 1.0]);
     frame.render_widget(
-        Canvas::default().marker(look.marker()).x_bounds(x).y_bounds(y).paint(|context| context.draw(&curve)),
+        Canvas::default().marker(theme.marker()).x_bounds(x).y_bounds(y).paint(|context| context.draw(&curve)),
         room,
     );
 }
 
-fn title(frame: &mut Frame<'_>, area: Rect, kind: &Kind, value: Option<f64>, span: f64, look: Look) {
+fn title(frame: &mut Frame<'_>, area: Rect, kind: &Kind, value: Option<f64>, span: f64, theme: Theme) {
     let value = value.map_or_else(|| "-".into(), kind.words);
     let ago = format!("{span:.0} s");
     let gap =
         usize::from(area.width).saturating_sub(usize::from(GUTTER) + kind.title.len() + 2 + width(&value) + ago.len());
     let line = Line::from(vec![
         Span::raw(format!("{:>1$}", kind.title, usize::from(GUTTER) + kind.title.len())),
-        Span::styled(format!("  {value}"), look.strong()),
-        Span::styled(format!("{:gap$}{ago}", ""), look.faint()),
+        Span::styled(format!("  {value}"), theme.strong()),
+        Span::styled(format!("{:gap$}{ago}", ""), theme.faint()),
     ]);
     frame.render_widget(Paragraph::new(line), Rect { height: 1, ..area });
 }
 
 /// The numbers at the curve's ends, and an edge.
-fn gutter(frame: &mut Frame<'_>, area: Rect, kind: &Kind, (low, high): (f64, f64), look: Look) {
+fn gutter(frame: &mut Frame<'_>, area: Rect, kind: &Kind, (low, high): (f64, f64), theme: Theme) {
     let rows = area.height.saturating_sub(1);
-    let edge = if look.ascii { '|' } else { '▏' };
+    let edge = if theme.ascii { '|' } else { '▏' };
     let lines = (0..rows).map(|row| {
         let number = match row {
             0 => Some(high),
@@ -159,7 +159,7 @@ fn gutter(frame: &mut Frame<'_>, area: Rect, kind: &Kind, (low, high): (f64, f64
         // The unit stands in the title.
         let number = number.split(' ').next().unwrap_or_default();
         let number = if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number };
-        Line::styled(format!("{number:>5}{edge}"), look.faint())
+        Line::styled(format!("{number:>5}{edge}"), theme.faint())
     });
     let room = Rect { y: area.y + 1, height: rows, width: GUTTER.min(area.width), ..area };
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), room);

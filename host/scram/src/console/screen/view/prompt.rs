@@ -7,8 +7,8 @@ use ratatui::widgets::Paragraph;
 
 use crate::console::model::{Level, Model};
 use crate::console::screen::input::Screen;
-use crate::console::screen::look::Look;
 use crate::console::screen::text::{cut, fold, width};
+use crate::console::screen::theme::Theme;
 
 /// What the keys do, the most important first.
 const KEYS: &[(&str, &str)] = &[
@@ -28,11 +28,11 @@ pub fn message(screen: &Screen, model: &Model, columns: u16) -> Vec<Line<'static
         Some((Level::Note, format!("{}: line {line} is next", path.display())))
     };
     let Some((level, text)) = screen.message.clone().or_else(script) else { return Vec::new() };
-    let look = screen.look;
+    let theme = screen.theme;
     let rows = text.lines().flat_map(|line| fold(line, usize::from(columns).saturating_sub(3)));
     let line = |(row, text): (usize, String)| {
-        let mark = if row == 0 { look.mark(level) } else { "  " };
-        Line::styled(format!("{mark} {text}"), look.level(level))
+        let mark = if row == 0 { theme.mark(level) } else { "  " };
+        Line::styled(format!("{mark} {text}"), theme.level(level))
     };
     rows.enumerate().map(line).collect()
 }
@@ -40,12 +40,12 @@ pub fn message(screen: &Screen, model: &Model, columns: u16) -> Vec<Line<'static
 /// The command line, with the cursor.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, screen: &Screen) {
     let name = model.robot().map(|robot| robot.name.as_str()).unwrap_or_default();
-    let name = format!("{}> ", cut(name, usize::from(area.width) / 4, screen.look));
+    let name = format!("{}> ", cut(name, usize::from(area.width) / 4, screen.theme));
     let front = width(&name).min(usize::from(area.width));
     let room = usize::from(area.width) - front;
     let input = screen.prompt.input();
     let scroll = input.visual_scroll(room.saturating_sub(1));
-    frame.render_widget(Paragraph::new(Span::styled(name, screen.look.strong())), area);
+    frame.render_widget(Paragraph::new(Span::styled(name, screen.theme.strong())), area);
     let offset = u16::try_from(front).unwrap_or(u16::MAX);
     let area = Rect { x: area.x + offset, width: area.width - offset, ..area };
     let scrolled = u16::try_from(scroll).unwrap_or(u16::MAX);
@@ -55,7 +55,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, screen: &Screen) {
 }
 
 /// As many keys as fit.
-pub fn keys(frame: &mut Frame<'_>, area: Rect, look: Look) {
+pub fn keys(frame: &mut Frame<'_>, area: Rect, theme: Theme) {
     let mut room = usize::from(area.width);
     let mut spans = Vec::new();
     for (key, what) in KEYS {
@@ -64,8 +64,8 @@ pub fn keys(frame: &mut Frame<'_>, area: Rect, look: Look) {
             break;
         }
         room = room.saturating_sub(needed);
-        spans.push(Span::styled(*key, look.strong()));
-        spans.push(Span::styled(format!(" {what}  "), look.faint()));
+        spans.push(Span::styled(*key, theme.strong()));
+        spans.push(Span::styled(format!(" {what}  "), theme.faint()));
     }
     frame.render_widget(Paragraph::new(Line::from(spans)), area);
 }

@@ -7,8 +7,8 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use crate::console::model::{Level, Model, RobotModel};
-use crate::console::screen::look::Look;
 use crate::console::screen::text::{cut, width};
+use crate::console::screen::theme::Theme;
 
 /// A column of the list.
 struct Column {
@@ -34,14 +34,14 @@ const COLUMNS: &[Column] = &[
 const FRONT: usize = 4;
 
 /// Draws it. Where not all fit, those around the selected one are shown.
-pub fn draw(frame: &mut Frame<'_>, titles: Rect, area: Rect, model: &Model, look: Look) {
+pub fn draw(frame: &mut Frame<'_>, titles: Rect, area: Rect, model: &Model, theme: Theme) {
     let columns = fitting(usize::from(area.width));
     let row = |value: &dyn Fn(&Column) -> String| {
-        let cells = columns.iter().map(|column| aligned(column, &value(column), look));
+        let cells = columns.iter().map(|column| aligned(column, &value(column), theme));
         cells.collect::<Vec<_>>().join(" ")
     };
     let line = format!("{:FRONT$}{}", "", row(&|column| column.title.into()));
-    frame.render_widget(Line::styled(line, look.faint()), titles);
+    frame.render_widget(Line::styled(line, theme.faint()), titles);
     let rows = usize::from(area.height);
     let last_start = model.robots.len().saturating_sub(rows);
     let start = model.selected.saturating_sub(rows / 2).min(last_start);
@@ -50,7 +50,7 @@ pub fn draw(frame: &mut Frame<'_>, titles: Rect, area: Rect, model: &Model, look
         let chosen = index == model.selected;
         let mark = if chosen { '>' } else { ' ' };
         let line = format!("{mark}{:<2} {}", index + 1, row(&|column| (column.value)(robot)));
-        lines.push(Line::styled(line, style(robot, chosen, look)));
+        lines.push(Line::styled(line, style(robot, chosen, theme)));
     }
     if model.robots.is_empty() {
         lines.push(Line::from("    no robots"));
@@ -58,13 +58,13 @@ pub fn draw(frame: &mut Frame<'_>, titles: Rect, area: Rect, model: &Model, look
     frame.render_widget(Paragraph::new(lines), area);
 }
 
-fn style(robot: &RobotModel, chosen: bool, look: Look) -> Style {
+fn style(robot: &RobotModel, chosen: bool, theme: Theme) -> Style {
     let style = match state(robot).0 {
-        _ if !robot.present => look.faint(),
+        _ if !robot.present => theme.faint(),
         Level::Note | Level::Good => Style::new(),
-        level => look.level(level),
+        level => theme.level(level),
     };
-    if chosen { style.patch(look.strong()) } else { style }
+    if chosen { style.patch(theme.strong()) } else { style }
 }
 
 fn fitting(width: usize) -> Vec<&'static Column> {
@@ -76,8 +76,8 @@ fn fitting(width: usize) -> Vec<&'static Column> {
     columns
 }
 
-fn aligned(column: &Column, text: &str, look: Look) -> String {
-    let text = cut(text, column.width, look);
+fn aligned(column: &Column, text: &str, theme: Theme) -> String {
+    let text = cut(text, column.width, theme);
     let space = " ".repeat(column.width.saturating_sub(width(&text)));
     if column.right { format!("{space}{text}") } else { format!("{text}{space}") }
 }

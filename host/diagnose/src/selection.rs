@@ -1,0 +1,212 @@
+//! From what was tried to a verdict.
+
+use effects::Id;
+
+use super::bootstrap::{Bootstrap, interval};
+use super::search::Candidate;
+use super::verdict::Verdict;
+
+/// A model whose held-out error is within this factor of the noise floor has reached it.
+pub const REACHES: f64 = 1.12;
+/// The same for a pair of effects.
+const PAIR_REACHES: f64 = 1.06;
+/// Up to this factor, a single effect that removes this share of the excess has reached the floor too.
+const TRACE: (f64, f64) = (1.22, 0.975);
+/// The refitted nominal model has nothing to explain up to this factor.
+pub const NOTHING: f64 = 1.08;
+/// A cause that does not reach the floor is still named if it removes this share of the held-out error: half of its
+/// mean square.
+const SUBSTANTIAL: f64 = 0.29;
+/// Over all rollouts, the few that are worst included, it must still remove this share.
+const LEAST_OVERALL: f64 = 0.15;
+/// Share of the rollouts that a trimmed comparison leaves out.
+const TRIMMED: f64 = 0.05;
+/// A richer model must be better by this share of the error to be preferred to a simpler one, however sure the
+/// difference is.
+const PAYS: f64 = 0.01;
+/// Error of a comparison on each side; candidates are many, so it is small. It is read from
+/// [`Bootstrap::deciding_mean_squares`], of which 10 lie beyond it: the least of the 600 resamples that serve the reported
+/// intervals would stand for any tail below 1/600.
+pub(super) const TAIL: f64 = 0.001;
+
+/// The decision.
+#[derive(Clone, Debug)]
+pub struct Decision {
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// Index of the model that the answer names; `None` for the nominal one.
+    pub named: Option<usize>,
+    /// For each effect of it, those that do as well in its place.
+    pub also: Vec<Vec<Id>>,
+}
+
+/// Everything a comparison needs.
+pub struct Selection<'a> {
+    /// Mean square noise, rad².
+    pub noise: f64,
+    /// The refitted nominal model.
+    pub baseline: &'a Candidate,
+    /// Models with one or two effects.
+    pub candidates: &'a [Candidate],
+    /// Resamples of the held-out rollouts.
+    pub bootstrap: &'a Bootstrap,
+}
+
+/// Share of an RMSE that is gone, from mean squares.
+fn share(before: f64, after: f64) -> f64 {
+    1.0 - (after / before).sqrt()
+}
+
+impl Selection<'_> {
+    /// Held-out RMSE over the noise floor.
+    #[must_use]
+    pub fn ratio(&self, model: &Candidate) -> f64 {
+        (model.mean_square() / self.noise).sqrt()
+    }
+
+    /// Whether a model reaches the floor. Of a large misfit, the law in the library may leave a trace because the real
+    /// one is richer: then it must have removed nearly all of it. A pair has more freedom, so more is asked of it.
+    fn reaches(&self, model: &Candidate) -> bool {
+        let ratio = self.ratio(model);
+        if model.effects.len() > 1 {
+            return ratio <= PAIR_REACHES;
+        }
+        let removed = 1.0 - (model.mean_square() - self.noise) / (self.baseline.mean_square() - self.noise);
+        ratio <= REACHES || (ratio <= TRACE.0 && removed >= TRACE.1)
+    }
+
+    /// Share of one model's RMSE that another removes: value and interval.
+    #[must_use]
+    pub fn improvement(&self, from: &Candidate, to: &Candidate, tail: f64) -> [f64; 3] {
+        let before = self.bootstrap.mean_squares(&from.evaluation.errors);
+        let after = self.bootstrap.mean_squares(&to.evaluation.errors);
+        let (low, high) = interval(before.iter().zip(&after).map(|(b, a)| share(*b, *a)).collect(), tail);
+        [share(from.mean_square(), to.mean_square()), low, high]
+    }
+
+    /// Whether `to` is better than `from` beyond doubt and by enough to matter.
+    #[must_use]
+    pub fn beats(&self, to: &Candidate, from: &Candidate) -> bool {
+        let pays = share(from.mean_square(), to.mean_square()) > PAYS;
+        if !pays {
+            return false;
+        }
+        let before = self.bootstrap.deciding_mean_squares(&from.evaluation.errors);
+        let after = self.bootstrap.deciding_mean_squares(&to.evaluation.errors);
+        let (low, _) = interval(before.iter().zip(&after).map(|(b, a)| share(*b, *a)).collect(), TAIL);
+        low > 0.0
+    }
+
+    /// Share of the nominal model's excess over the floor (mean square) that a model removes.
+    #[must_use]
+    pub fn gain(&self, model: &Candidate) -> [f64; 3] {
+        let excess = |before: f64, after: f64| 100.0 * (1.0 - (after - self.noise).max(0.0) / (before - self.noise));
+        let before = self.bootstrap.mean_squares(&self.baseline.evaluation.errors);
+        let after = self.bootstrap.mean_squares(&model.evaluation.errors);
+        let values = before.iter().zip(&after).filter(|(b, _)| **b > self.noise).map(|(b, a)| excess(*b, *a)).collect();
+        let (low, high) = interval(values, 0.025);
+        [excess(self.baseline.mean_square(), model.mean_square()), low, high]
+    }
+
+    /// The verdict.
+    #[must_use]
+    pub fn decide(&self) -> Decision {
+        let nothing = Decision { verdict: Verdict::Nothing, named: None, also: Vec::new() };
+        if self.ratio(self.baseline) <= NOTHING {
+            return nothing;
+        }
+        for effects in [1, 2] {
+            let reached: Vec<usize> = (0..self.candidates.len())
+                .filter(|&i| self.candidates[i].effects.len() == effects && self.reaches(&self.candidates[i]))
+                .filter(|&i| self.beats(&self.candidates[i], self.baseline))
+                .collect();
+            if !reached.is_empty() {
+                return self.among(&reached, Verdict::Explained);
+            }
+        }
+        self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, named: None, also: Vec::new() })
+    }
+
+    /// Names one of several models of equal size, with those that it cannot be told from.
+    fn among(&self, models: &[usize], verdict: Verdict) -> Decision {
+        let best = *models
+            .iter()
+            .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))
+            .unwrap_or(&0);
+        let mut class: Vec<usize> = models
+            .iter()
+            .copied()
+            .filter(|&i| i == best || !self.beats(&self.candidates[best], &self.candidates[i]))
+            .collect();
+        // The simplest of the class is named; what contains it is no rival.
+        class.sort_by_key(|&i| (self.candidates[i].fit.free.len(), (1e6 * self.ratio(&self.candidates[i])) as u64));
+        let contains_simpler = |i: usize| {
+            let outer = &self.candidates[i].effects;
+            class.iter().any(|&j| {
+                let inner = &self.candidates[j].effects;
+                let covered = |one: &Id| inner.contains(one) || inner.iter().any(|other| one.contains(*other));
+                j != i && outer != inner && outer.iter().all(covered)
+            })
+        };
+        let class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i)).collect();
+        let best = if class.contains(&best) { best } else { class[0] };
+        let named = &self.candidates[best].effects;
+        let also: Vec<Vec<Id>> = named
+            .iter()
+            .map(|effect| {
+                let mut others: Vec<Id> = class
+                    .iter()
+                    .filter(|&&i| i != best)
+                    .flat_map(|&i| self.candidates[i].effects.iter().copied())
+                    .filter(|other| other != effect && !named.contains(other))
+                    .collect();
+                others.sort();
+                others.dedup();
+                others
+            })
+            .collect();
+        let ambiguous = class.len() > 1;
+        let verdict = if ambiguous && verdict == Verdict::Explained { Verdict::Ambiguous } else { verdict };
+        Decision { verdict, named: Some(best), also }
+    }
+
+    /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share; with it a
+    /// second one, if the second pays as clearly again.
+    fn partial(&self) -> Option<Decision> {
+        let single: Vec<usize> =
+            (0..self.candidates.len()).filter(|&i| self.candidates[i].effects.len() == 1).collect();
+        let best = *single
+            .iter()
+            .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))?;
+        let all = self.improvement(self.baseline, &self.candidates[best], 0.025)[0];
+        let [value, low, _] = self.trimmed(self.baseline, &self.candidates[best]);
+        if all < LEAST_OVERALL || value < SUBSTANTIAL || low < 0.5 * SUBSTANTIAL {
+            return None;
+        }
+        let rivals: Vec<usize> = single
+            .into_iter()
+            .filter(|&i| i == best || self.trimmed(self.baseline, &self.candidates[i])[0] > 0.5 * value)
+            .collect();
+        Some(self.among(&rivals, Verdict::Unexplained))
+    }
+
+    /// [`Self::improvement`] without the rollouts that are worst in either model: where a model is wrong in something
+    /// else too, a single one of them can outweigh all others.
+    fn trimmed(&self, from: &Candidate, to: &Candidate) -> [f64; 3] {
+        let worst = |i: usize| {
+            let per = |candidate: &Candidate| candidate.evaluation.errors[i].0 / candidate.evaluation.errors[i].1;
+            per(from).max(per(to))
+        };
+        let mut order: Vec<usize> = (0..from.evaluation.errors.len()).collect();
+        order.sort_by(|&a, &b| worst(b).total_cmp(&worst(a)));
+        order.truncate((order.len() as f64 * TRIMMED).ceil() as usize);
+        let without = |candidate: &Candidate| {
+            let mut candidate = candidate.clone();
+            for &i in &order {
+                candidate.evaluation.errors[i] = (0.0, 0.0);
+            }
+            candidate
+        };
+        self.improvement(&without(from), &without(to), 0.025)
+    }
+}

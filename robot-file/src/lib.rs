@@ -1,0 +1,16 @@
+//! robot.toml, the one description: reading it with good errors ([`Robot`]), changing it by program ([`edit`]), the meaning
+//! of its sensor ([`angle_code`]) and the controller that follows from it ([`design`]).
+pub mod angle_code;
+pub mod design;
+pub mod edit;
+mod error;
+pub mod image;
+mod parts;
+pub mod reference;
+pub mod robot;
+pub mod schema;
+mod tree;
+pub mod unit;
+
+pub use error::{Problem, RobotFileError};
+pub use robot::Robot;
