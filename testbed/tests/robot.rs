@@ -170,9 +170,10 @@ fn telemetry_is_complete_and_says_what_the_controller_said() {
     let (run, plain) = run_minute();
     let sent = run.batches();
     for batch in &sent {
-        for (row, index) in batch.rows.iter().zip(batch.first_tick as usize..) {
+        for ((row, time_us), index) in batch.rows.iter().zip(batch.times_us()).zip(batch.first_tick as usize..) {
             let said = &plain[index];
-            assert_eq!(*row, said.row, "tick {index}");
+            assert_eq!(time_us, said.time_us, "tick {index}");
+            assert_eq!(*row, said.row.after(row.after_us), "tick {index}");
             let about = (batch.state, batch.fault, batch.tracking);
             assert_eq!(about, (said.telemetry.state, said.telemetry.fault, said.telemetry.tracking), "tick {index}");
         }

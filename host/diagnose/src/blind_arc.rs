@@ -19,10 +19,17 @@ const MARGIN: f64 = 0.1;
 /// Fewer readings in a row that follow each other are none.
 const SHORTEST: usize = 5;
 
-/// Rounds of fitting a segment's start.
+/// Rounds of fitting a window's start.
 const ROUNDS: usize = 4;
-/// A model that is this far off, rad RMS, has lost the shaft.
-const LOST: f64 = 0.2;
+/// A reading that is farther than this from a model's, rad, is not explained by it.
+const UNEXPLAINED: f64 = 0.1;
+/// A model that leaves more than this share of a window's readings unexplained has lost the shaft.
+const LOST: f64 = 0.25;
+/// What a reading that is dropped counts beside one that is unexplained: a start in the arc drops everything and explains
+/// nothing.
+const DROPPED: f64 = 0.5;
+/// Starts at rest that are tried in the arc, as shares of its half width.
+const AT_REST: [f64; 5] = [-0.9, -0.45, 0.0, 0.45, 0.9];
 
 /// Half of the arc around shaft angle 0 in which readings of a robot's sensor mean nothing, rad.
 #[must_use]
@@ -54,38 +61,84 @@ pub fn drop_jumps(readings: &mut [Option<f64>], times: &[f64], no_load: f64) {
 
 /// Drops the readings that a track has while the model says that the wiper stands in the blind arc. The model follows the
 /// run window by window (s): each begins where the one before ends, loses what it reads in the arc, and is fitted to the
-/// rest. Where the model has lost the shaft it begins anew at the readings.
+/// rest. Where the model has lost the shaft, and at the beginning, it begins anew: at the readings, or at rest in the arc,
+/// whichever explains more.
 pub fn drop_blind(track: &mut Track, plant: &Plant, window_s: f64, half_width: f64) {
     let segments = std::mem::take(&mut track.segments);
     let mut before: Option<[f64; 2]> = None;
     for window in track.windows(window_s) {
         // On its own, and its turns not counted: the model may be a turn off.
         track.segments = vec![Segment { linked: false, ..window }];
-        let mut start = before.filter(|_| window.linked).map_or_else(|| begin(track, plant, window_s), |end| vec![end]);
-        drop_in_arc(track, plant, &start, half_width);
-        let (rolled, errors) = rollout::refine(plant, track, &mut start, &[], ROUNDS);
-        let readings: f64 = track.weight[window.first..window.last].iter().sum();
-        let lost = readings > 0.0 && errors[0] > LOST * LOST * readings;
-        before = if lost { None } else { rolled.ends.first().copied() };
+        let carried = before.filter(|_| window.linked).map(|end| follow(track, plant, end, half_width));
+        let followed = match carried {
+            Some(followed) if !followed.lost() => followed,
+            carried => carried
+                .into_iter()
+                .chain(anew(track, plant, window_s, half_width))
+                .min_by(|a, b| a.cost().total_cmp(&b.cost()))
+                .unwrap_or_default(),
+        };
+        for &k in &followed.dropped {
+            track.angle[k] = f64::NAN;
+            track.weight[k] = 0.0;
+        }
+        before = followed.end.filter(|_| !followed.lost());
     }
     track.segments = segments;
 }
 
-/// Angle and speed at the beginning of the track's only segment, from its readings.
-fn begin(track: &Track, plant: &Plant, window_s: f64) -> Vec<[f64; 2]> {
-    let mut start = rollout::guess(track, 0.25 * window_s);
-    let _ = rollout::refine(plant, track, &mut start, &[rollout::guess(track, window_s)], ROUNDS);
-    start
+/// How the model follows a window from one start.
+#[derive(Default)]
+struct Followed {
+    /// Samples that it reads in the arc.
+    dropped: Vec<usize>,
+    /// Readings that are left, and how many of them it does not explain.
+    left: usize,
+    unexplained: usize,
+    /// Angle (rad) and speed (rad/s) at the window's end.
+    end: Option<[f64; 2]>,
 }
 
-/// Drops what the track's only segment reads in the arc, as the model goes from a start.
-fn drop_in_arc(track: &mut Track, plant: &Plant, start: &[[f64; 2]], half_width: f64) {
+impl Followed {
+    fn lost(&self) -> bool {
+        self.unexplained as f64 > LOST * self.left as f64
+    }
+
+    fn cost(&self) -> f64 {
+        self.unexplained as f64 + DROPPED * self.dropped.len() as f64
+    }
+}
+
+/// Follows the track's only segment from every start that needs no past.
+fn anew(track: &mut Track, plant: &Plant, window_s: f64, half_width: f64) -> Vec<Followed> {
+    let mut readings = rollout::guess(track, 0.25 * window_s);
+    let _ = rollout::refine(plant, track, &mut readings, &[rollout::guess(track, window_s)], ROUNDS);
+    let at_rest = AT_REST.map(|share| [share * half_width, 0.0]);
+    readings.into_iter().chain(at_rest).map(|start| follow(track, plant, start, half_width)).collect()
+}
+
+/// Follows the track's only segment from a start; the track is left as it was.
+fn follow(track: &mut Track, plant: &Plant, start: [f64; 2], half_width: f64) -> Followed {
+    let segment = track.segments[0];
+    let samples = segment.first..segment.last;
+    let weights = track.weight[samples.clone()].to_vec();
+    let mut start = vec![start];
+    let dropped = in_arc(track, plant, &start, half_width);
+    for &k in &dropped {
+        track.weight[k] = 0.0;
+    }
+    let (rolled, _) = rollout::refine(plant, track, &mut start, &[], ROUNDS);
+    let left = samples.clone().filter(|&k| track.weight[k] > 0.0).count();
+    let residual = |k: usize| rollout::residual(track, &segment, k, rolled.readings[k - segment.first]);
+    let unexplained = samples.clone().filter(|&k| residual(k).abs() > UNEXPLAINED).count();
+    track.weight[samples].copy_from_slice(&weights);
+    Followed { dropped, left, unexplained, end: rolled.ends.first().copied() }
+}
+
+/// Samples that the track's only segment reads in the arc, as the model goes from a start.
+fn in_arc(track: &Track, plant: &Plant, start: &[[f64; 2]], half_width: f64) -> Vec<usize> {
     let segment = track.segments[0];
     let rolled = rollout::rollout(plant, track, start, None, false);
-    for (k, wiper) in (segment.first..segment.last).zip(&rolled.wipers) {
-        if wrap(*wiper).abs() < half_width && track.angle[k].is_finite() {
-            track.angle[k] = f64::NAN;
-            track.weight[k] = 0.0;
-        }
-    }
+    let samples = (segment.first..segment.last).zip(&rolled.wipers);
+    samples.filter(|(k, wiper)| track.weight[*k] > 0.0 && wrap(**wiper).abs() < half_width).map(|(k, _)| k).collect()
 }

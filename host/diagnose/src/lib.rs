@@ -11,7 +11,7 @@
 //! use robot_file::Robot;
 //! use robot_file::edit::Document;
 //! use diagnose::{Options, diagnose};
-//! use simulation::{Drive, Order, Plan, Step, recording, run};
+//! use simulation::{Drive, DriveCommand, Plan, Step, recording, run};
 //!
 //! let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/selection-linear.toml"));
 //! let robot = Robot::load(file)?;
@@ -24,7 +24,7 @@
 //! let measured: Vec<_> = (1..=4)
 //!     .map(|seed| {
 //!         let duty = |k: u64| (((k * 7 + seed * 3) % 11) as f64 - 5.0) / 5.0;
-//!         let steps = (0..8).map(|k| Step { at_s: 0.25 * k as f64, order: Order::Duty { duty: duty(k) } }).collect();
+//!         let steps = (0..8).map(|k| Step { at_s: 0.25 * k as f64, command: DriveCommand::Duty { duty: duty(k) } }).collect();
 //!         let plan = Plan { drive: Drive { steps, end_s: None }, seconds: 2.0, faults: Vec::new() };
 //!         Ok(recording(&run(&rig, seed, &hal_sim::Settings::default(), &plan)?, &rig))
 //!     })

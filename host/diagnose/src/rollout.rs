@@ -97,24 +97,26 @@ pub fn residual(track: &Track, segment: &Segment, sample: usize, reading: f64) -
     if segment.whole { left } else { wrap(left) }
 }
 
-/// First guess of every start: a parabola through the readings of the first `window_s`.
+/// First guess of every start: a parabola through the readings of the first `window_s`. Where a segment begins with a hole,
+/// the shaft is taken to have had the first reading's speed all along: a parabola would go astray there.
 #[must_use]
 pub fn guess(track: &Track, window_s: f64) -> Vec<[f64; 2]> {
     track
         .segments
         .iter()
         .map(|segment| {
-            let t0 = track.t[segment.first];
+            let read = |&k: &usize| track.weight[k] > 0.0;
+            let Some(first) = (segment.first..segment.last).find(read) else { return [0.0; 2] };
+            let t0 = track.t[first];
             let mut points = Vec::new();
-            for k in segment.first..segment.last {
-                if track.weight[k] > 0.0 {
-                    if track.t[k] - t0 > window_s && points.len() >= 8 {
-                        break;
-                    }
-                    points.push((track.t[k] - t0, track.angle[k]));
+            for k in (first..segment.last).filter(read) {
+                if track.t[k] - t0 > window_s && points.len() >= 8 {
+                    break;
                 }
+                points.push((track.t[k] - t0, track.angle[k]));
             }
-            parabola(&points)
+            let [angle, speed] = parabola(&points);
+            [angle - speed * (t0 - track.t[segment.first]), speed]
         })
         .collect()
 }

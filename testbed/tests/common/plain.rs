@@ -9,11 +9,13 @@ use testbed::event_log::Event;
 
 /// A tick of the loop without tasks.
 pub struct PlainTick {
+    /// Time of its sample, µs.
+    pub time_us: u64,
     /// What the bridge was told.
     pub actuation: Actuation,
     /// What the controller said.
     pub telemetry: Telemetry,
-    /// As telemetry over the radio has it.
+    /// As telemetry over the radio has it, without the time since the row before.
     pub row: PackedTick,
 }
 
@@ -68,7 +70,8 @@ pub fn plain(
         let actuation = controller.tick(&sample);
         robot.advance(actuation);
         let telemetry = controller.telemetry();
-        PlainTick { actuation, telemetry, row: PackedTick::new(sample.angle, &telemetry).with_second(sample.second) }
+        let row = PackedTick::new(sample.angle, &telemetry).with_second(sample.second);
+        PlainTick { time_us: sample.time_us, actuation, telemetry, row }
     };
     (0..ticks).map(tick).collect()
 }
