@@ -49,6 +49,13 @@ impl Id {
         self == other || self.contains(other) || other.contains(self)
     }
 
+    /// Whether recordings may not tell two effects apart, as either of them says.
+    #[must_use]
+    pub fn mistaken(self, other: Self) -> bool {
+        let says = |one: Self, other: Self| one.spec().mistaken_for.iter().any(|confusion| confusion.with == other.name());
+        says(self, other) || says(other, self)
+    }
+
     /// The numbers that a fit moves, for a rig of these sizes.
     #[must_use]
     pub fn fit(self, sizes: &Sizes) -> Vec<FitNumber> {

@@ -62,10 +62,11 @@ pub fn drop_jumps(readings: &mut [Option<f64>], times: &[f64], no_load: f64) {
 /// Drops the readings that a track has while the model says that the wiper stands in the blind arc. The model follows the
 /// run window by window (s): each begins where the one before ends, loses what it reads in the arc, and is fitted to the
 /// rest. Where the model has lost the shaft, and at the beginning, it begins anew: at the readings, or at rest in the arc,
-/// whichever explains more.
-pub fn drop_blind(track: &mut Track, plant: &Plant, window_s: f64, half_width: f64) {
+/// whichever explains more. Returns the readings that are left unexplained, those dropped counted by half.
+pub fn drop_blind(track: &mut Track, plant: &Plant, window_s: f64, half_width: f64) -> f64 {
     let segments = std::mem::take(&mut track.segments);
     let mut before: Option<[f64; 2]> = None;
+    let mut unexplained = 0.0;
     for window in track.windows(window_s) {
         // On its own, and its turns not counted: the model may be a turn off.
         track.segments = vec![Segment { linked: false, ..window }];
@@ -78,6 +79,7 @@ pub fn drop_blind(track: &mut Track, plant: &Plant, window_s: f64, half_width: f
                 .min_by(|a, b| a.cost().total_cmp(&b.cost()))
                 .unwrap_or_default(),
         };
+        unexplained += followed.cost();
         for &k in &followed.dropped {
             track.angle[k] = f64::NAN;
             track.weight[k] = 0.0;
@@ -85,6 +87,7 @@ pub fn drop_blind(track: &mut Track, plant: &Plant, window_s: f64, half_width: f
         before = followed.end.filter(|_| !followed.lost());
     }
     track.segments = segments;
+    unexplained
 }
 
 /// How the model follows a window from one start.

@@ -17,7 +17,10 @@ const WAVES: [f64; 4] = [2.0, 3.0, 4.0, 5.0];
 /// Amplitudes: a sine and a cosine a wave.
 const AMPLITUDES: usize = 2 * WAVES.len();
 /// An amplitude beyond this many times the file's peak is not tried.
-const MOST_PEAKS: f64 = 4.0;
+const MOST_PEAKS: f64 = 1.5;
+/// Standard deviation of an amplitude as a share of the file's peak: together they then have the mean square of one wave of
+/// that peak.
+const PRIOR: f64 = 0.35;
 
 /// The error of one converter, in the angle that its codes stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +58,7 @@ impl ConverterError {
                 start: 0.0,
                 low: -most,
                 high: most,
-                prior: 1.0,
+                prior: PRIOR,
                 step: 0.1,
             })
             .collect()

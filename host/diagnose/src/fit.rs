@@ -61,6 +61,17 @@ impl Fit {
         }
     }
 
+    /// Takes over what another fit found and holds it there.
+    pub fn hold(&mut self, other: &Fit) {
+        self.take_over(other);
+        for (one, coordinate) in self.free.iter_mut().zip(&self.coordinates) {
+            if other.free.iter().any(|known| known.number == one.number) {
+                let value = one.number(*coordinate);
+                (one.low, one.high) = (value, value);
+            }
+        }
+    }
+
     /// The model with the fitted numbers.
     #[must_use]
     pub fn plant(&self, model: &FileModel) -> Plant {
@@ -183,6 +194,9 @@ fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Re
             let (track, starts, rolled) = (&data.tracks[index], &fit.starts[index], &rolled[index]);
             if column < 2 {
                 return (rollout::start_column(&base, track, starts, rolled, column), Vec::new());
+            }
+            if fit.free[column - 2].held() {
+                return (vec![0.0; rolled.readings.len()], vec![0.0; rolled.currents.len()]);
             }
             let (plant, delta) = &moved[column - 2];
             if plant.moves_like(&base) {
@@ -316,7 +330,7 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
     let held: Vec<bool> = (0..size)
         .map(|i| {
             let (one, at, pull) = (&fit.free[i], fit.coordinates[i], equations.gradient[i]);
-            (at <= lower(one) && pull < 0.0) || (at >= one.coordinate(one.high) && pull > 0.0)
+            one.held() || (at <= lower(one) && pull < 0.0) || (at >= one.coordinate(one.high) && pull > 0.0)
         })
         .collect();
     let mut gradient = equations.gradient.clone();

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use effects::{FitNumber, Id, Scale, Sizes};
+use effects::{Acts, FitNumber, Id, Scale, Sizes};
 use hal_sim::plant::Plant as FilePlant;
-use robot_file::robot::{Quantity, Robot};
+use robot_file::robot::{Quantity, Robot, Sensor};
 
 use super::converter::ConverterError;
 use super::fit::Fit;
@@ -189,7 +189,7 @@ fn file_numbers(robot: &Robot, id: Id, sizes: &Sizes) -> Vec<Free> {
     };
     let own = id.fit(sizes);
     let starts = id.fit_of_values(&values, own.len());
-    let spreads = id.fit_ranges(&values, &ranges, own.len());
+    let spreads = id.fit_ranges(&values, &spread_left(robot, id, &values, ranges), own.len());
     let with_file = |((one, start), spread): ((&FitNumber, &f64), &f64)| {
         let mut free = Free::of_effect(one, 0);
         free.start = start.clamp(free.low, free.high);
@@ -200,4 +200,12 @@ fn file_numbers(robot: &Robot, id: Id, sizes: &Sizes) -> Vec<Free> {
         free
     };
     own.iter().zip(&starts).zip(&spreads).map(with_file).collect()
+}
+
+/// Half ranges of an effect's values, about which the file may be wrong. What a sensor's correction has taken away is not
+/// in the readings any more, however wide the range of the bare part is.
+fn spread_left(robot: &Robot, id: Id, values: &[f64], ranges: Vec<f64>) -> Vec<f64> {
+    let corrected = matches!(&robot.sensor, Sensor::Potentiometer(sensor) if sensor.correction.is_some());
+    let unknown = values.iter().all(|value| *value == 0.0);
+    if corrected && unknown && id.spec().acts == Acts::Sensor { vec![0.0; ranges.len()] } else { ranges }
 }

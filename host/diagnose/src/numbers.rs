@@ -81,6 +81,12 @@ impl Free {
         }
     }
 
+    /// Whether its bounds leave no room.
+    #[must_use]
+    pub fn held(&self) -> bool {
+        self.low >= self.high
+    }
+
     /// The finite difference at a coordinate: away from the upper bound.
     #[must_use]
     pub fn difference(&self, coordinate: f64) -> f64 {

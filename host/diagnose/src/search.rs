@@ -70,7 +70,7 @@ pub fn singles(
     try_all(session, &wanted, briefly, MOST.0, done)
 }
 
-/// Looks at every model briefly from each of its starting points, fits the promising ones (`most` of them) in full,
+/// Looks at every model briefly from each of its starting points and, of single effects, from the file's own numbers too, fits the promising ones (`most` of them) in full,
 /// judges all.
 fn try_all(
     session: &Session,
@@ -84,8 +84,12 @@ fn try_all(
         .map(|(effects, from)| {
             let starts = session.model.starts(effects);
             let rounds = if briefly { 3 } else { LOOK };
+            let from_file = (0..starts)
+                .filter(|_| effects.len() == 1 && !briefly)
+                .map(|start| session.look_from_file(effects, start, rounds));
             (0..starts)
                 .map(|start| session.look(effects, start, from, rounds))
+                .chain(from_file)
                 .min_by(|a, b| a.cost.total_cmp(&b.cost))
                 .unwrap_or_else(|| (*from).clone())
         })
@@ -122,21 +126,38 @@ fn try_all(
 }
 
 /// Of two effects of which one contains the other, as Stribeck friction does Coulomb friction, each is fitted once more from
-/// where the other ended, where that promises more, so that neither wins by the luck of its starting point.
+/// where the other ended, where that promises more, so that neither wins by the luck of its starting point. The same for
+/// the best single effect and those that it is easily mistaken for.
 fn level(session: &Session, candidates: &mut [Candidate]) {
     for rich in 0..candidates.len() {
         let Some(simple) = simpler(&candidates[rich].effects) else { continue };
         let Some(simple) = candidates.iter().position(|one| one.effects == simple) else { continue };
-        for (from, to) in [(rich, simple), (simple, rich)] {
-            // Within a per mille they agree already; far apart, it is no matter of starting points.
-            let ratio = candidates[to].mean_square() / candidates[from].mean_square();
-            if ratio > 1.002 && candidates[from].mean_square() < NEAR * session.noise {
-                let again = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE);
-                let evaluation = session.evaluate(&again);
-                if evaluation.mean_square() < candidates[to].mean_square() {
-                    candidates[to] = Candidate { effects: candidates[to].effects.clone(), fit: again, evaluation };
-                }
-            }
+        fit_from(session, candidates, rich, simple);
+        fit_from(session, candidates, simple, rich);
+    }
+    let Some(best) = (0..candidates.len())
+        .min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
+    else {
+        return;
+    };
+    for other in 0..candidates.len() {
+        if let ([best_effect], [effect]) = (&*candidates[best].effects, &*candidates[other].effects)
+            && best_effect.mistaken(*effect)
+        {
+            fit_from(session, candidates, best, other);
+        }
+    }
+}
+
+/// Fits one candidate once more from where another ended, and keeps the better outcome. Within a per mille they agree
+/// already; far from the floor, it is no matter of starting points.
+fn fit_from(session: &Session, candidates: &mut [Candidate], from: usize, to: usize) {
+    let ratio = candidates[to].mean_square() / candidates[from].mean_square();
+    if ratio > 1.002 && candidates[from].mean_square() < NEAR * session.noise {
+        let fit = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE);
+        let evaluation = session.evaluate(&fit);
+        if evaluation.mean_square() < candidates[to].mean_square() {
+            candidates[to] = Candidate { effects: candidates[to].effects.clone(), fit, evaluation };
         }
     }
 }
@@ -181,4 +202,24 @@ pub fn pairs(session: &Session, singles: &[Candidate]) -> Vec<Candidate> {
         .collect();
     wanted.extend(contained);
     try_all(session, &wanted, false, MOST.1, &|| ())
+}
+
+/// Fits each effect of a pair on its own from where the pair ended: alone, it may have gone astray on its way there.
+pub fn apart(session: &Session, candidates: &mut [Candidate]) {
+    let best = |one: &&Candidate| one.effects.len() == 2;
+    let Some(pair) = candidates.iter().filter(best).min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else {
+        return;
+    };
+    let (effects, fit) = (pair.effects.clone(), pair.fit.clone());
+    let again = |effect: &Id| {
+        let fit = session.again(&[*effect], &fit, ROUNDS, TOLERANCE);
+        let evaluation = session.evaluate(&fit);
+        Candidate { effects: vec![*effect], fit, evaluation }
+    };
+    for candidate in effects.iter().map(again) {
+        let known = candidates.iter_mut().find(|known| known.effects == candidate.effects);
+        if let Some(known) = known.filter(|known| candidate.mean_square() < known.mean_square()) {
+            *known = candidate;
+        }
+    }
 }

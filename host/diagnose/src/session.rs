@@ -1,6 +1,7 @@
 //! One diagnosis at work: the runs made ready, the noise floor, and fits and judgements of models on them.
 
 use effects::Id;
+use rayon::prelude::*;
 use robot_file::robot::Robot;
 
 use super::blind_arc;
@@ -34,6 +35,10 @@ pub struct Session {
     pub noise: f64,
     /// The same of the fit runs, rad².
     pub fit_noise: f64,
+    /// The file's own numbers, with the starts that suit them.
+    pub unfitted: Fit,
+    /// The sensor's blind arc, where it has one.
+    arc: Option<Arc>,
     /// Noise of the current reading, A.
     sigma_current: Option<f64>,
     /// First guesses of the held-out starts.
@@ -43,6 +48,16 @@ pub struct Session {
     coarse: Vec<Track>,
     /// Which segments those are.
     coarse_segments: Vec<Vec<usize>>,
+}
+
+/// A blind arc, and the runs as they were read.
+struct Arc {
+    /// Half of its width, rad.
+    half_width: f64,
+    /// Runs to fit on and to judge by, with the readings from the arc.
+    read: [Vec<Track>; 2],
+    /// What the model leaves unexplained that said which readings these are.
+    unexplained: f64,
 }
 
 /// Rollouts of a block of the coarse set, and how many blocks there are to each that is taken.
@@ -87,36 +102,55 @@ impl Session {
                 recordings.iter().enumerate().map(|(i, one)| Track::new(robot, one, from + i)).collect();
             made
         };
+        let model = FileModel::new(robot);
         let mut session = Self {
-            model: FileModel::new(robot),
+            unfitted: Fit::begin(&model, &[], 0, Vec::new()),
+            model,
             fit: tracks(fit, 0)?,
             held_out: tracks(held_out, fit.len())?,
             horizon_s: 0.0,
             noise: 0.0,
             fit_noise: 0.0,
             sigma_current: None,
+            arc: None,
             guesses: Vec::new(),
             fit_guess: Vec::new(),
             coarse: Vec::new(),
             coarse_segments: Vec::new(),
         };
         session.cut(options)?;
-        if let Some(half_width) = blind_arc::half_width(robot) {
-            session.drop_blind(half_width);
-            session.cut(options)?;
+        session.arc = blind_arc::half_width(robot).map(|half_width| Arc {
+            half_width,
+            read: [session.fit.clone(), session.held_out.clone()],
+            unexplained: f64::INFINITY,
+        });
+        let file = Fit::begin(&session.model, &[], 0, Vec::new());
+        let changed = session.drop_blind(&file, options)?;
+        let mut baseline = session.settle(&file);
+        if changed && session.drop_blind(&baseline, options)? {
+            baseline = session.settle(&baseline);
         }
-        session.sigma_current = current_noise(&session.fit);
-        let baseline = session.settle();
-        session.thin();
         Ok((session, baseline))
     }
 
-    /// Drops what the sensor shows in its blind arc, by the file's own model.
-    fn drop_blind(&mut self, half_width: f64) {
-        let plant = self.model.plant(&[], &[], &[]);
-        for track in self.fit.iter_mut().chain(&mut self.held_out) {
-            blind_arc::drop_blind(track, &plant, self.horizon_s, half_width);
+    /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what
+    /// was read than the model that was followed before. Whether it does; the baseline is then to be settled anew.
+    pub fn drop_blind(&mut self, fit: &Fit, options: &Options) -> Result<bool, DiagnoseError> {
+        let Some(arc) = &mut self.arc else { return Ok(false) };
+        let plant = fit.plant(&self.model);
+        let mut read = arc.read.clone();
+        let unexplained: f64 = read
+            .par_iter_mut()
+            .flatten()
+            .map(|track| blind_arc::drop_blind(track, &plant, self.horizon_s, arc.half_width))
+            .sum();
+        if unexplained >= arc.unexplained {
+            return Ok(false);
         }
+        arc.unexplained = unexplained;
+        [self.fit, self.held_out] = read;
+        self.cut(options)?;
+        Ok(true)
     }
 
     fn cut(&mut self, options: &Options) -> Result<(), DiagnoseError> {
@@ -150,10 +184,15 @@ impl Session {
         slow.max(FEWEST_SAMPLES * sample_s)
     }
 
-    /// Refits the file's numbers and measures the noise about the outcome, in turns: neither needs the other to be good.
-    fn settle(&mut self) -> Fit {
-        let mut fit = Fit::begin(&self.model, &[], 0, self.fit_guess.clone());
-        let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
+    /// Refits the file's numbers, from where a fit has them, and measures the noise about the outcome, in turns: neither
+    /// needs the other to be good.
+    pub fn settle(&mut self, from: &Fit) -> Fit {
+        self.guesses.truncate(2);
+        self.sigma_current = current_noise(&self.fit);
+        self.unfitted = Fit::begin(&self.model, &[], 0, self.fit_guess.clone());
+        let _ = rollout::refine_all(&self.unfitted.plant(&self.model), &self.fit, &mut self.unfitted.starts, &[], 2);
+        let mut fit = self.unfitted.clone();
+        fit.take_over(from);
         self.fit_noise = self.measure(&fit, true);
         fit = fit::fit(&self.model, &self.data(), fit, 6, 1e-3);
         self.fit_noise = self.measure(&fit, true);
@@ -162,6 +201,7 @@ impl Session {
         let starts = self.guesses[0].clone();
         self.guesses.push(starts);
         self.noise = self.measure(&fit, false);
+        self.thin();
         fit
     }
 
@@ -208,6 +248,8 @@ impl Session {
     /// Sets a third of the fit rollouts apart.
     fn thin(&mut self) {
         let (block, stride) = COARSE;
+        self.coarse.clear();
+        self.coarse_segments.clear();
         for (index, track) in self.fit.iter().enumerate() {
             // Blocks are staggered from run to run, so that the same part of each run is not always missing.
             let taken: Vec<usize> = (0..track.segments.len()).filter(|i| (i / block + index) % stride == 0).collect();
@@ -228,26 +270,48 @@ impl Session {
     /// another fit ended. The starts of the outcome are those of `from`.
     #[must_use]
     pub fn look(&self, effects: &[Id], start: usize, from: &Fit, rounds: usize) -> Fit {
-        let starts = self
-            .coarse_segments
-            .iter()
-            .zip(&from.starts)
-            .map(|(taken, starts)| taken.iter().map(|&i| starts[i]).collect())
-            .collect();
-        let mut fit = Fit::begin(&self.model, effects, start, starts);
+        let mut fit = Fit::begin(&self.model, effects, start, self.coarse_starts(from));
         fit.take_over(from);
+        self.look_on(fit, from, rounds)
+    }
+
+    /// A first look that begins at the file's own numbers: they stay there until those of the effects suit them. Without
+    /// the effect they may have been refitted to where no step leads back from.
+    #[must_use]
+    pub fn look_from_file(&self, effects: &[Id], start: usize, rounds: usize) -> Fit {
+        self.look_on(self.suited(effects, start, &self.unfitted, rounds), &self.unfitted, rounds)
+    }
+
+    /// The numbers of another fit, and those of added effects that suit them, on a third of the rollouts.
+    fn suited(&self, effects: &[Id], start: usize, from: &Fit, rounds: usize) -> Fit {
+        let mut fit = Fit::begin(&self.model, effects, start, self.coarse_starts(from));
+        fit.take_over(from);
+        let mut added = fit.clone();
+        added.hold(from);
+        if added.free.iter().any(|one| !one.held()) {
+            fit.take_over(&self.look_on(added, from, rounds));
+        }
+        fit
+    }
+
+    fn look_on(&self, fit: Fit, from: &Fit, rounds: usize) -> Fit {
         let data = Data { tracks: &self.coarse, ..self.data() };
-        fit = fit::fit(&self.model, &data, fit, rounds, 1e-3);
+        let mut fit = fit::fit(&self.model, &data, fit, rounds, 1e-3);
         fit.starts.clone_from(&from.starts);
         fit
     }
 
+    fn coarse_starts(&self, fit: &Fit) -> Starts {
+        let coarse = self.coarse_segments.iter().zip(&fit.starts);
+        coarse.map(|(taken, starts)| taken.iter().map(|&i| starts[i]).collect()).collect()
+    }
+
     /// Fits the file's model with further effects to all rollouts, with the numbers that it shares with another fit from
-    /// there.
+    /// there; those stay until the others suit them.
     #[must_use]
     pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
-        let mut fit = Fit::begin(&self.model, effects, 0, from.starts.clone());
-        fit.take_over(from);
+        let mut fit = self.suited(effects, 0, from, rounds);
+        fit.starts.clone_from(&from.starts);
         self.finish(fit, rounds, tolerance)
     }
 

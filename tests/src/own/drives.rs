@@ -5,7 +5,7 @@ use std::path::Path;
 use simulation::Drive;
 
 /// Length of a run, s.
-pub const RUN_S: f64 = 6.0;
+pub const RUN_S: f64 = 4.0;
 
 /// Kinds of runs, as `--drive` takes them or as the lines of a script; frequencies for a shaft that reaches `top` Hz.
 pub const KINDS: usize = 12;
