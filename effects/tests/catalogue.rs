@@ -49,9 +49,7 @@ fn an_effect_takes_one_file_and_one_line() {
     for id in Id::all() {
         let listed = lines.lines().filter(|line| line.trim_start().starts_with(&format!("{}::", id.name()))).count();
         assert_eq!(listed, 1, "{} in the list", id.name());
-        for room in
-            ["robot-file/src", "hal-sim/src", "host/diagnose/src", "host/plot/src", "host/mjcf/src"]
-        {
+        for room in ["robot-file/src", "hal-sim/src", "host/diagnose/src", "host/plot/src", "host/mjcf/src"] {
             mentions(&root().join(room), id.name(), &mut elsewhere);
         }
     }

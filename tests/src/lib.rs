@@ -10,3 +10,4 @@ pub mod page;
 pub mod pil;
 pub mod row;
 pub mod safety;
+pub mod seeds;

@@ -52,7 +52,8 @@ impl Id {
     /// Whether recordings may not tell two effects apart, as either of them says.
     #[must_use]
     pub fn mistaken(self, other: Self) -> bool {
-        let says = |one: Self, other: Self| one.spec().mistaken_for.iter().any(|confusion| confusion.with == other.name());
+        let says =
+            |one: Self, other: Self| one.spec().mistaken_for.iter().any(|confusion| confusion.with == other.name());
         says(self, other) || says(other, self)
     }
 

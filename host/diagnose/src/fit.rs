@@ -25,6 +25,9 @@ pub struct Data<'a> {
     pub sigma_current: Option<f64>,
 }
 
+/// See [`Fit::strayed`].
+const AT_ODDS: f64 = 2.0;
+
 /// A fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -70,6 +73,15 @@ impl Fit {
                 (one.low, one.high) = (value, value);
             }
         }
+    }
+
+    /// Whether a number is at odds with what the file says, by more than [`AT_ODDS`] of the standard deviation of its prior.
+    #[must_use]
+    pub fn strayed(&self) -> bool {
+        self.free.iter().zip(&self.coordinates).any(|(one, at)| {
+            let from_file = at - one.coordinate(one.start);
+            from_file.abs() > AT_ODDS * one.prior
+        })
     }
 
     /// The model with the fitted numbers.

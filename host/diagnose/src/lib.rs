@@ -183,27 +183,25 @@ pub fn diagnose(
         tell("refitting the model's numbers", 0.0);
         let (mut session, mut baseline) = open(robot, fit, held_out, options)?;
         let effects = search::candidates(&session, robot);
-        let (mut candidates, mut pass) = (Vec::new(), 0);
-        while pass < PASSES {
+        let try_singles = |session: &Session, baseline: &Candidate| {
             let done = AtomicUsize::new(0);
-            candidates = search::singles(&session, &baseline, &effects, nothing_to_explain(&session, &baseline), &|| {
+            search::singles(session, baseline, &effects, &|| {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 tell("fitting effects", 0.15 + 0.5 * done as f64 / effects.len() as f64);
-            });
-            pass += 1;
+            })
+        };
+        let mut candidates = try_singles(&session, &baseline);
+        for _ in 1..PASSES {
             // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
-            match best(&candidates) {
-                Some(best)
-                    if pass < PASSES && !nothing_to_explain(&session, &baseline) && !reached(&session, best) =>
-                {
-                    if !session.drop_blind(&best.fit, options)? {
-                        break;
-                    }
-                    let fit = session.settle(&baseline.fit);
-                    baseline = judged(&mut session, fit);
-                }
-                _ => break,
+            let open = !session.nothing_to_explain(&baseline.evaluation);
+            let best = best(&candidates).filter(|best| open && !session.reached(&best.evaluation));
+            let Some(best) = best else { break };
+            if !session.drop_blind(&best.fit, options)? {
+                break;
             }
+            let fit = session.settle(&baseline.fit);
+            baseline = judged(&mut session, fit);
+            candidates = try_singles(&session, &baseline);
         }
         refine_floor(&mut session, &candidates);
         let bootstrap = bootstrap::Bootstrap::new(baseline.evaluation.errors.len(), options.seed);
@@ -280,14 +278,6 @@ fn judged(session: &mut Session, fit: Fit) -> Candidate {
     let evaluation = session.evaluate(&fit);
     session.remember(&evaluation);
     Candidate { effects: Vec::new(), fit, evaluation }
-}
-
-fn nothing_to_explain(session: &Session, baseline: &Candidate) -> bool {
-    baseline.mean_square() <= session.noise * selection::NOTHING * selection::NOTHING
-}
-
-fn reached(session: &Session, candidate: &Candidate) -> bool {
-    candidate.mean_square() <= session.noise * selection::REACHES * selection::REACHES
 }
 
 fn best(candidates: &[Candidate]) -> Option<&Candidate> {

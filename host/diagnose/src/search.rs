@@ -25,6 +25,13 @@ impl Candidate {
     pub fn mean_square(&self) -> f64 {
         self.evaluation.mean_square()
     }
+
+    /// Takes over a fit of the same effects that does better.
+    fn improve(&mut self, fit: Fit, evaluation: Evaluation) {
+        if evaluation.mean_square() < self.mean_square() {
+            (self.fit, self.evaluation) = (fit, evaluation);
+        }
+    }
 }
 
 /// How far the cost must still fall in a round for the fit to go on.
@@ -56,21 +63,48 @@ pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
     Id::all().filter(|&id| !in_file(id)).filter(shows).collect()
 }
 
-/// Fits and judges every effect on its own; `done` is told after each. With `briefly`, a first look is all that any
-/// gets: there is nothing to explain.
+/// Fits and judges every effect on its own; `done` is told after each. Where there is nothing to explain, a first look is
+/// all that any gets.
 #[must_use]
-pub fn singles(
-    session: &Session,
-    baseline: &Candidate,
-    effects: &[Id],
-    briefly: bool,
-    done: &(dyn Fn() + Sync),
-) -> Vec<Candidate> {
+pub fn singles(session: &Session, baseline: &Candidate, effects: &[Id], done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
     let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &baseline.fit)).collect();
-    try_all(session, &wanted, briefly, MOST.0, done)
+    let briefly = session.nothing_to_explain(&baseline.evaluation);
+    let mut candidates = try_all(session, &wanted, briefly, MOST.0, done);
+    if !briefly && baseline.fit.strayed() {
+        if !candidates.iter().any(|one| session.reached(&one.evaluation)) {
+            from_file(session, &mut candidates);
+            level(session, &mut candidates);
+        }
+        level_mistaken(session, &mut candidates);
+    }
+    candidates
 }
 
-/// Looks at every model briefly from each of its starting points and, of single effects, from the file's own numbers too, fits the promising ones (`most` of them) in full,
+/// Looks at every effect from the file's own numbers, and fits the best few in full from there: without the effect those
+/// numbers may have been refitted to where no step leads back from.
+fn from_file(session: &Session, candidates: &mut [Candidate]) {
+    let look = |(place, candidate): (usize, &Candidate)| {
+        let effects = &candidate.effects;
+        let looks = (0..session.model.starts(effects)).map(|start| session.look_from_file(effects, start, LOOK));
+        Some((place, looks.min_by(|a, b| a.cost.total_cmp(&b.cost))?))
+    };
+    let mut looks: Vec<(usize, Fit)> = candidates.par_iter().enumerate().filter_map(look).collect();
+    looks.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    looks.truncate(MOST.1);
+    let finished: Vec<(usize, Fit, Evaluation)> = looks
+        .into_par_iter()
+        .map(|(place, look)| {
+            let fit = session.finish(look, ROUNDS, TOLERANCE);
+            let evaluation = session.evaluate(&fit);
+            (place, fit, evaluation)
+        })
+        .collect();
+    for (place, fit, evaluation) in finished {
+        candidates[place].improve(fit, evaluation);
+    }
+}
+
+/// Looks at every model briefly from each of its starting points, fits the promising ones (`most` of them) in full,
 /// judges all.
 fn try_all(
     session: &Session,
@@ -84,12 +118,8 @@ fn try_all(
         .map(|(effects, from)| {
             let starts = session.model.starts(effects);
             let rounds = if briefly { 3 } else { LOOK };
-            let from_file = (0..starts)
-                .filter(|_| effects.len() == 1 && !briefly)
-                .map(|start| session.look_from_file(effects, start, rounds));
             (0..starts)
                 .map(|start| session.look(effects, start, from, rounds))
-                .chain(from_file)
                 .min_by(|a, b| a.cost.total_cmp(&b.cost))
                 .unwrap_or_else(|| (*from).clone())
         })
@@ -126,8 +156,7 @@ fn try_all(
 }
 
 /// Of two effects of which one contains the other, as Stribeck friction does Coulomb friction, each is fitted once more from
-/// where the other ended, where that promises more, so that neither wins by the luck of its starting point. The same for
-/// the best single effect and those that it is easily mistaken for.
+/// where the other ended, where that promises more, so that neither wins by the luck of its starting point.
 fn level(session: &Session, candidates: &mut [Candidate]) {
     for rich in 0..candidates.len() {
         let Some(simple) = simpler(&candidates[rich].effects) else { continue };
@@ -135,15 +164,15 @@ fn level(session: &Session, candidates: &mut [Candidate]) {
         fit_from(session, candidates, rich, simple);
         fit_from(session, candidates, simple, rich);
     }
-    let Some(best) = (0..candidates.len())
-        .min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
-    else {
-        return;
-    };
+}
+
+/// The same for the best single effect and those that it is easily mistaken for: where the refit of the file's numbers went
+/// astray, one of them may have found back and the other not.
+fn level_mistaken(session: &Session, candidates: &mut [Candidate]) {
+    let by_error = |a: &usize, b: &usize| candidates[*a].mean_square().total_cmp(&candidates[*b].mean_square());
+    let Some(best) = (0..candidates.len()).min_by(by_error) else { return };
     for other in 0..candidates.len() {
-        if let ([best_effect], [effect]) = (&*candidates[best].effects, &*candidates[other].effects)
-            && best_effect.mistaken(*effect)
-        {
+        if candidates[best].effects[0].mistaken(candidates[other].effects[0]) {
             fit_from(session, candidates, best, other);
         }
     }
@@ -156,9 +185,7 @@ fn fit_from(session: &Session, candidates: &mut [Candidate], from: usize, to: us
     if ratio > 1.002 && candidates[from].mean_square() < NEAR * session.noise {
         let fit = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE);
         let evaluation = session.evaluate(&fit);
-        if evaluation.mean_square() < candidates[to].mean_square() {
-            candidates[to] = Candidate { effects: candidates[to].effects.clone(), fit, evaluation };
-        }
+        candidates[to].improve(fit, evaluation);
     }
 }
 
@@ -204,22 +231,17 @@ pub fn pairs(session: &Session, singles: &[Candidate]) -> Vec<Candidate> {
     try_all(session, &wanted, false, MOST.1, &|| ())
 }
 
-/// Fits each effect of a pair on its own from where the pair ended: alone, it may have gone astray on its way there.
+/// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended: alone, it may have
+/// gone astray on its way there.
 pub fn apart(session: &Session, candidates: &mut [Candidate]) {
-    let best = |one: &&Candidate| one.effects.len() == 2;
-    let Some(pair) = candidates.iter().filter(best).min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else {
-        return;
-    };
+    let pairs = candidates.iter().filter(|one| one.effects.len() == 2 && session.reached(&one.evaluation));
+    let Some(pair) = pairs.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else { return };
     let (effects, fit) = (pair.effects.clone(), pair.fit.clone());
-    let again = |effect: &Id| {
-        let fit = session.again(&[*effect], &fit, ROUNDS, TOLERANCE);
-        let evaluation = session.evaluate(&fit);
-        Candidate { effects: vec![*effect], fit, evaluation }
-    };
-    for candidate in effects.iter().map(again) {
-        let known = candidates.iter_mut().find(|known| known.effects == candidate.effects);
-        if let Some(known) = known.filter(|known| candidate.mean_square() < known.mean_square()) {
-            *known = candidate;
+    for effect in effects {
+        if let Some(single) = candidates.iter_mut().find(|one| one.effects == [effect]) {
+            let fit = session.again(&[effect], &fit, ROUNDS, TOLERANCE);
+            let evaluation = session.evaluate(&fit);
+            single.improve(fit, evaluation);
         }
     }
 }

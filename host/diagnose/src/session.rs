@@ -10,6 +10,7 @@ use super::fit::{self, Data, Fit};
 use super::floor::{self, Scatter};
 use super::nominal::FileModel;
 use super::rollout::{self, Rolled, Starts};
+use super::selection;
 use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
 use recording::Recording;
@@ -348,6 +349,18 @@ impl Session {
             rolled.push(rollouts);
         }
         Evaluation { rolled, errors, starts }
+    }
+
+    /// Whether a model leaves nothing to explain.
+    #[must_use]
+    pub fn nothing_to_explain(&self, evaluation: &Evaluation) -> bool {
+        evaluation.mean_square() <= self.noise * selection::NOTHING * selection::NOTHING
+    }
+
+    /// Whether a model has reached the floor.
+    #[must_use]
+    pub fn reached(&self, evaluation: &Evaluation) -> bool {
+        evaluation.mean_square() <= self.noise * selection::REACHES * selection::REACHES
     }
 
     /// Mean square noise about a judged model's rollouts, rad².

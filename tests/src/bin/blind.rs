@@ -18,6 +18,7 @@ use system_tests::blind::hidden::Effect;
 use system_tests::blind::rig;
 use system_tests::blind::score::{self, Mark, Outcome, confusion, median_and_worst};
 use system_tests::page;
+use system_tests::seeds;
 
 /// Hide an effect in simulated recordings and see whether the diagnosis finds it.
 #[derive(Parser)]
@@ -72,14 +73,6 @@ struct Arguments {
     robot: PathBuf,
 }
 
-/// Above every seed that was ever used by hand, and short enough to be typed.
-fn fresh_seed() -> Result<u64, getrandom::Error> {
-    const LEAST: u64 = 1_000_000;
-    let mut bytes = [0; 8];
-    getrandom::fill(&mut bytes)?;
-    Ok(LEAST + u64::from_le_bytes(bytes) % 1_000_000_000_000)
-}
-
 fn effect(name: &str) -> Result<Effect, String> {
     Effect::from_name(name).ok_or_else(|| {
         let names: Vec<_> = Effect::LIBRARY.into_iter().chain(Effect::OUTSIDE).map(Effect::name).collect();
@@ -98,14 +91,14 @@ fn category(word: &str) -> Result<Category, String> {
 fn main() -> ExitCode {
     let mut arguments = Arguments::parse();
     if arguments.release_seeds {
-        arguments.seed_base = match fresh_seed() {
+        arguments.seed_base = match seeds::fresh() {
             Ok(seed) => seed,
             Err(why) => {
                 let _ = writeln!(std::io::stderr(), "error: the operating system has no entropy: {why}");
                 return ExitCode::from(1);
             }
         };
-        println!("seeds from {0}; the same again: --seed {0}", arguments.seed_base);
+        println!("seeds from {0}; the same again: --seed-base {0}", arguments.seed_base);
     }
     match run(&arguments) {
         Ok(true) => ExitCode::SUCCESS,

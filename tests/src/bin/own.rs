@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use system_tests::own::{Outcome, examine, sets};
+use system_tests::seeds;
 
 /// Diagnose the simulator's own recordings.
 #[derive(Parser)]
@@ -17,15 +18,26 @@ struct Arguments {
     /// Sets with one effect taken out of the file
     #[arg(long, default_value_t = 30)]
     missing: usize,
-    /// First seed
+    /// First seed; those below 1000 were used for tuning
     #[arg(long, default_value_t = 1)]
-    seed: u64,
+    seed_base: u64,
+    /// Draw seeds that nobody has seen, and print them
+    #[arg(long, conflicts_with = "seed_base")]
+    release_seeds: bool,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    let seed = match arguments.release_seeds.then(seeds::fresh).transpose() {
+        Ok(fresh) => fresh.unwrap_or(arguments.seed_base),
+        Err(error) => {
+            eprintln!("error: the operating system has no entropy: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    println!("seeds from {seed}");
     let examined = |count: usize, missing: bool| -> Vec<Outcome> {
-        sets(count, arguments.seed, missing)
+        sets(count, seed, missing)
             .into_iter()
             .map(|set| {
                 let outcome = examine(set);
@@ -40,10 +52,11 @@ fn main() -> ExitCode {
         let wrong = outcomes.iter().filter(|outcome| outcome.false_name()).count();
         let passed = right + allowed >= outcomes.len() && wrong == 0;
         println!(
-            "{} {what}: {right} of {} right (bar: {}), {wrong} under a false name (bar: 0)",
+            "{} {what}: {right} of {} right (bar: {}), {} of them alone, {wrong} under a false name (bar: 0)",
             if passed { "ok  " } else { "MISS" },
             outcomes.len(),
-            outcomes.len() - allowed
+            outcomes.len() - allowed,
+            outcomes.iter().filter(|outcome| outcome.alone()).count(),
         );
         reached &= passed;
     };

@@ -73,7 +73,8 @@ pub fn mark(category: Category, truth: &str, said: &Diagnosis) -> Mark {
     let knows_truth = |cause: &Cause| cause.effect == truth || cause.also.iter().any(|also| also == truth);
     match category {
         Category::Nothing if said.verdict == Verdict::Nothing && !named => Mark::Right,
-        Category::Outside if said.verdict == Verdict::Unexplained && !named => Mark::Right,
+        // A name for a part of the misfit beside which the truth stands is not false.
+        Category::Outside if said.verdict == Verdict::Unexplained && said.causes.iter().all(knows_truth) => Mark::Right,
         Category::Nothing | Category::Outside => {
             if named {
                 Mark::FalseName
