@@ -176,7 +176,7 @@ fn grow_on(text: &str, name: &str, depth: usize) -> Result<Table, Vec<Problem>> 
 fn take_removed(table: &mut Table) -> Result<Vec<(At, String)>, Vec<Problem>> {
     let Some(entry) = table.entries.remove("remove") else { return Ok(Vec::new()) };
     let wrong = |at: &At, found: &Value| {
-        vec![at.problem("remove", format!("expected paths like [\"effects.battery_sag\"], found {}", found.what()))]
+        vec![at.problem("remove", format!("expected paths like [\"supply.battery\"], found {}", found.what()))]
     };
     let Value::Array(items) = entry.value else { return Err(wrong(&entry.value_at, &entry.value)) };
     items

@@ -92,6 +92,6 @@ fn wrong_bases() {
     );
     assert_eq!(
         message("base = \"robot.toml\"\nremove = \"effects\"\n"),
-        "variant.toml:2: remove: expected paths like [\"effects.battery_sag\"], found a text"
+        "variant.toml:2: remove: expected paths like [\"supply.battery\"], found a text"
     );
 }
