@@ -44,7 +44,8 @@ impl Effect for DriverDeadband {
     }
 
     fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
-        vec![FitNumber::linear("deadband", "the deadband", 0.01, 0.03, [0.0, 0.6])]
+        let deadband = FitNumber::linear("deadband", "the deadband", 0.01, 0.03, [0.0, 0.6]);
+        vec![FitNumber { starts: [0.03, 0.3], ..deadband }]
     }
 
     #[inline]

@@ -58,7 +58,9 @@ impl Effect for DriverDrop {
 
     /// The slope is a resistance like the winding's: without a measured current no fit tells the two apart, so it stays.
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
-        vec![FitNumber::linear("drop_v", "the bridge's drop", 0.1, 0.1, [0.0, 0.8 * sizes.rail_v])]
+        let drop = FitNumber::linear("drop_v", "the bridge's drop", 0.1, 0.1, [0.0, 0.8 * sizes.rail_v]);
+        // Bridges of bipolar transistors take a third of a small motor's supply.
+        vec![FitNumber { starts: [0.1, 0.3 * sizes.rail_v], ..drop }]
     }
 
     #[inline]

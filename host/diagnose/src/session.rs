@@ -290,7 +290,9 @@ impl Session {
         let mut added = fit.clone();
         added.hold(from);
         if added.free.iter().any(|one| !one.held()) {
-            fit.take_over(&self.look_on(added, from, rounds));
+            added = self.look_on(added, from, rounds);
+            fit.take_over(&added);
+            fit.cost = added.cost;
         }
         fit
     }
@@ -311,7 +313,8 @@ impl Session {
     /// there; those stay until the others suit them.
     #[must_use]
     pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
-        let mut fit = self.suited(effects, 0, from, rounds);
+        let starts = (0..self.model.starts(effects)).map(|start| self.suited(effects, start, from, rounds));
+        let mut fit = starts.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| from.clone());
         fit.starts.clone_from(&from.starts);
         self.finish(fit, rounds, tolerance)
     }
