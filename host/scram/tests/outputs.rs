@@ -4,13 +4,19 @@
 mod common;
 
 use std::fs;
+use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use common::command::{command, refuses, succeeds, temporary};
 
 const EXPORT: &str = "export mjcf --robot @/robot.toml";
+const TURNING: &str = "sim --robot @/robot.toml --bench --drive duty:1 --seconds 2.5";
+const IDENTIFY: &str = "identify potentiometer turning/run.mcap --robot @/robot.toml";
+/// Few runs, for it to be quick.
+const DIAGNOSE: &str = "diagnose @/examples/hidden-effect/run-1.csv @/examples/hidden-effect/run-2.csv --robot \
+    @/examples/hidden-effect/robot.toml";
 const SIM: &str = "sim --robot @/robot.toml --seconds 0.3";
 
 /// Runs words in a shell: `script` has the command as `"$@"`.
@@ -129,4 +135,67 @@ fn a_recording_that_does_not_fit_says_that_the_disk_is_full() {
         assert!(message.contains(part), "`{message}` does not say `{part}`");
     }
     assert_eq!(String::from_utf8_lossy(&output.stdout), "", "nothing is left in it");
+}
+
+/// Of one pipe for stdout and stderr: how much is read before nobody reads any more.
+const READ: [usize; 2] = [0, 1];
+
+/// Runs words with stdout and stderr in one pipe that is closed after some bytes: the exit code, and what was read.
+fn cut_off(directory: &Path, words: &str, bytes: usize) -> (Option<i32>, String) {
+    let (mut reader, writer) = std::io::pipe().unwrap();
+    let mut command = command(directory, words);
+    command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
+    if bytes == 0 {
+        drop(reader);
+        return (command.status().unwrap().code(), String::new());
+    }
+    let mut child = command.spawn().unwrap();
+    // It holds two ends of the pipe.
+    drop(command);
+    let mut read = vec![0; bytes];
+    reader.read_exact(&mut read).unwrap();
+    drop(reader);
+    (child.wait().unwrap().code(), String::from_utf8_lossy(&read).into_owned())
+}
+
+/// [`READ`] bytes of both, and stdout alone closed with every word on stderr read.
+#[track_caller]
+fn ends_quietly(directory: &Path, words: &str) {
+    for bytes in READ {
+        let (code, read) = cut_off(directory, words, bytes);
+        assert_eq!(code, Some(0), "{words}, after {bytes} bytes: {read}");
+    }
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = command(directory, words).stdout(writer).stderr(Stdio::piped()).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{words}: {message}");
+    assert!(!message.contains("panicked") && !message.contains("roken pipe"), "{words}: {message}");
+}
+
+#[test]
+fn a_reader_that_goes_away_ends_nothing_with_a_panic() {
+    let directory = temporary();
+    succeeds(directory.path(), &format!("{TURNING} --out turning"));
+    for words in [
+        "--help",
+        "sim --help",
+        "completions bash",
+        "design --robot @/robot.toml",
+        EXPORT,
+        &format!("{SIM} --json"),
+        SIM,
+        "sweep --robot @/robot.toml --drive ideal --repeats 1 --seconds 0.2 --axis backbone.segments=3 --axis f=-8,8",
+        &format!("{IDENTIFY} --json"),
+        IDENTIFY,
+        "replay turning/run.mcap --robot @/robot.toml",
+        &format!("{DIAGNOSE} --json"),
+    ] {
+        ends_quietly(directory.path(), words);
+    }
+    // What was refused says so to nobody, and its exit code still says it.
+    for bytes in READ {
+        assert_eq!(cut_off(directory.path(), "sim --robot missing.toml", bytes).0, Some(1));
+        assert_eq!(cut_off(directory.path(), "sim --no-such-word", bytes).0, Some(2));
+    }
 }
