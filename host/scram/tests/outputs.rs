@@ -9,7 +9,7 @@ use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use common::command::{command, refuses, succeeds, temporary};
+use common::command::{command, json, refuses, succeeds, temporary};
 
 const EXPORT: &str = "export mjcf --robot @/robot.toml";
 const TURNING: &str = "sim --robot @/robot.toml --bench --drive duty:1 --seconds 2.5";
@@ -198,4 +198,46 @@ fn a_reader_that_goes_away_ends_nothing_with_a_panic() {
         assert_eq!(cut_off(directory.path(), "sim --robot missing.toml", bytes).0, Some(1));
         assert_eq!(cut_off(directory.path(), "sim --no-such-word", bytes).0, Some(2));
     }
+}
+
+#[test]
+fn what_was_found_in_a_recording_is_written_over_only_on_request() {
+    let directory = temporary();
+    let at = |name: &str| directory.path().join(name);
+    succeeds(directory.path(), TURNING);
+    let recorded = files(&at("out/run-0001"));
+    let replay = "replay out/latest/run.mcap --robot @/robot.toml";
+    let identify = IDENTIFY.replace("turning", "out/latest");
+    for (words, series, name) in [
+        (replay, "replay", "replay.svg"),
+        (&identify, "identify", "potentiometer.svg"),
+        (DIAGNOSE, "diagnose", "report.html"),
+    ] {
+        for number in ["0001", "0002"] {
+            succeeds(directory.path(), words);
+            let link = at("out").join(format!("latest-{series}"));
+            assert_eq!(fs::read_link(link).unwrap(), Path::new(&format!("{series}-{number}")));
+            assert!(at("out").join(format!("{series}-{number}")).join(name).is_file());
+        }
+        let own = format!("{words} --out own-{series}");
+        succeeds(directory.path(), &own);
+        let own_directory = at(&format!("own-{series}"));
+        // Somebody's own from here on: the size alone would not tell.
+        for (name, _) in files(&own_directory) {
+            fs::write(own_directory.join(name), "mine").unwrap();
+        }
+        for (name, _) in files(&own_directory) {
+            let kept = temporary();
+            fs::write(kept.path().join(&name), "mine").unwrap();
+            let into = format!("{words} --out {}", kept.path().display());
+            refuses(directory.path(), &into, 1, &[&name, "is there already", "--overwrite"]);
+            assert_eq!(files(kept.path()), [(name, b"mine".to_vec())]);
+        }
+        succeeds(directory.path(), &format!("{own} --overwrite"));
+        assert!(files(&own_directory).iter().all(|(_, bytes)| bytes != b"mine"), "{series}");
+    }
+    assert_eq!(fs::read_link(at("out/latest")).unwrap(), Path::new("run-0001"), "it leads to the recording still");
+    assert!(files(&at("out/run-0001")) == recorded, "the recording is as it was");
+    let found = json(&succeeds(directory.path(), &format!("{identify} --json")));
+    assert_eq!(found["files"][0], "out/identify-0003/robot.toml");
 }
