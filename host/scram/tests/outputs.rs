@@ -189,6 +189,8 @@ fn a_reader_that_goes_away_ends_nothing_with_a_panic() {
         &format!("{IDENTIFY} --json"),
         IDENTIFY,
         "replay turning/run.mcap --robot @/robot.toml",
+        "console --sim --json --command list --robot @/robot.toml",
+        DIAGNOSE,
         &format!("{DIAGNOSE} --json"),
     ] {
         ends_quietly(directory.path(), words);
