@@ -1,4 +1,4 @@
-//! Programs that some tests compare with and that not every machine has: QEMU, MuJoCo, a browser.
+//! What some tests need and not every machine has: QEMU, MuJoCo, a browser, `script`, a disk of its own, others' recordings.
 
 use std::io::Write;
 

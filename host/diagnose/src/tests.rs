@@ -287,7 +287,7 @@ fn unusable_recordings_are_refused_by_name() {
     };
     let angles = |change: fn(f64) -> f64| {
         move |run: &mut Recording| {
-            let AngleReading::Angle(cells) = &mut run.angle else { return };
+            let AngleReading::Angle(cells) = &mut run.angle else { panic!("the rig reads angles") };
             cells.iter_mut().for_each(|cell| *cell = cell.map(change));
         }
     };
@@ -311,7 +311,7 @@ fn unusable_recordings_are_refused_by_name() {
 fn a_reversed_motor_is_another_rig() {
     let mut runs = Rig::off().runs(1);
     for run in &mut runs {
-        let Drive::Duty(duty) = &mut run.drive else { return };
+        let Drive::Duty(duty) = &mut run.drive else { panic!("the rig is driven by duty") };
         duty.iter_mut().for_each(|duty| *duty = -*duty);
     }
     let error = diagnose(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap_err();

@@ -15,6 +15,8 @@ use control::{Fault, State};
 use recording::{ReadOptions, SessionEvent, events, load_with};
 use serde_json::Value;
 use testbed::injected_event::InjectedEvent;
+#[cfg(target_os = "linux")]
+use testbed::peers::skip;
 use testbed::realtime::{Options, Simulation};
 use testbed::setup::{DONGLE, pairing};
 
@@ -257,7 +259,7 @@ fn a_full_disk_is_said_the_robot_drives_on_and_the_exit_code_is_1() {
     std::fs::create_dir(at("tiny")).expect("a directory");
     let script = "\"$@\"; code=$?; cp \"$TINY\"/console-0001.mcap \"$TINY\"/../kept.mcap; exit $code";
     let Some(mut command) = common::command::on_a_disk_of(&at("tiny"), "256k", script) else {
-        eprintln!("skipped: this user may not mount a file system of his own");
+        skip("this user may not mount a file system of his own");
         return;
     };
     let commands = "clear; freq 7; wait 4s; status; stop";
@@ -305,7 +307,7 @@ fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8], rows: u16) -> Opt
         .stdout(Stdio::null())
         .spawn();
     let Ok(mut window) = window else {
-        eprintln!("skipped: there is no `script`");
+        skip("there is no `script`");
         return None;
     };
     let mut keyboard = window.stdin.take().expect("a pipe");

@@ -4,13 +4,19 @@
 mod common;
 
 use std::fs;
+use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
-use common::command::{command, refuses, succeeds, temporary};
+use common::command::{command, json, refuses, succeeds, temporary};
 
 const EXPORT: &str = "export mjcf --robot @/robot.toml";
+const TURNING: &str = "sim --robot @/robot.toml --bench --drive duty:1 --seconds 2.5";
+const IDENTIFY: &str = "identify potentiometer turning/run.mcap --robot @/robot.toml";
+/// Few runs, for it to be quick.
+const DIAGNOSE: &str = "diagnose @/examples/hidden-effect/run-1.csv @/examples/hidden-effect/run-2.csv --robot \
+    @/examples/hidden-effect/robot.toml";
 const SIM: &str = "sim --robot @/robot.toml --seconds 0.3";
 
 /// Runs words in a shell: `script` has the command as `"$@"`.
@@ -118,7 +124,7 @@ fn a_recording_that_does_not_fit_says_that_the_disk_is_full() {
     fs::create_dir(&tiny).unwrap();
     let Some(mut command) = common::command::on_a_disk_of(&tiny, "64k", "\"$@\"; code=$?; ls \"$TINY\"; exit $code")
     else {
-        eprintln!("skipped: this user may not mount a file system of his own");
+        testbed::peers::skip("this user may not mount a file system of his own");
         return;
     };
     command.arg(assert_cmd::cargo::cargo_bin!("scram")).args(["sim", "--bench", "--robot"]);
@@ -129,4 +135,111 @@ fn a_recording_that_does_not_fit_says_that_the_disk_is_full() {
         assert!(message.contains(part), "`{message}` does not say `{part}`");
     }
     assert_eq!(String::from_utf8_lossy(&output.stdout), "", "nothing is left in it");
+}
+
+/// Of one pipe for stdout and stderr: how much is read before nobody reads any more.
+const READ: [usize; 2] = [0, 1];
+
+/// Runs words with stdout and stderr in one pipe that is closed after some bytes: the exit code, and what was read.
+fn cut_off(directory: &Path, words: &str, bytes: usize) -> (Option<i32>, String) {
+    let (mut reader, writer) = std::io::pipe().unwrap();
+    let mut command = command(directory, words);
+    command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
+    if bytes == 0 {
+        drop(reader);
+        return (command.status().unwrap().code(), String::new());
+    }
+    let mut child = command.spawn().unwrap();
+    // It holds two ends of the pipe.
+    drop(command);
+    let mut read = vec![0; bytes];
+    reader.read_exact(&mut read).unwrap();
+    drop(reader);
+    (child.wait().unwrap().code(), String::from_utf8_lossy(&read).into_owned())
+}
+
+/// [`READ`] bytes of both, and stdout alone closed with every word on stderr read.
+#[track_caller]
+fn ends_quietly(directory: &Path, words: &str) {
+    for bytes in READ {
+        let (code, read) = cut_off(directory, words, bytes);
+        assert_eq!(code, Some(0), "{words}, after {bytes} bytes: {read}");
+    }
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = command(directory, words).stdout(writer).stderr(Stdio::piped()).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{words}: {message}");
+    assert!(!message.contains("panicked") && !message.contains("roken pipe"), "{words}: {message}");
+}
+
+#[test]
+fn a_reader_that_goes_away_ends_nothing_with_a_panic() {
+    let directory = temporary();
+    succeeds(directory.path(), &format!("{TURNING} --out turning"));
+    for words in [
+        "--help",
+        "sim --help",
+        "completions bash",
+        "design --robot @/robot.toml",
+        EXPORT,
+        &format!("{SIM} --json"),
+        SIM,
+        "sweep --robot @/robot.toml --drive ideal --repeats 1 --seconds 0.2 --axis backbone.segments=3 --axis f=-8,8",
+        &format!("{IDENTIFY} --json"),
+        IDENTIFY,
+        "replay turning/run.mcap --robot @/robot.toml",
+        "console --sim --json --command list --robot @/robot.toml",
+        DIAGNOSE,
+        &format!("{DIAGNOSE} --json"),
+    ] {
+        ends_quietly(directory.path(), words);
+    }
+    // What was refused says so to nobody, and its exit code still says it.
+    for bytes in READ {
+        assert_eq!(cut_off(directory.path(), "sim --robot missing.toml", bytes).0, Some(1));
+        assert_eq!(cut_off(directory.path(), "sim --no-such-word", bytes).0, Some(2));
+    }
+}
+
+#[test]
+fn what_was_found_in_a_recording_is_written_over_only_on_request() {
+    let directory = temporary();
+    let at = |name: &str| directory.path().join(name);
+    succeeds(directory.path(), TURNING);
+    let recorded = files(&at("out/run-0001"));
+    let replay = "replay out/latest/run.mcap --robot @/robot.toml";
+    let identify = IDENTIFY.replace("turning", "out/latest");
+    for (words, series, name) in [
+        (replay, "replay", "replay.svg"),
+        (&identify, "identify", "potentiometer.svg"),
+        (DIAGNOSE, "diagnose", "report.html"),
+    ] {
+        for number in ["0001", "0002"] {
+            succeeds(directory.path(), words);
+            let link = at("out").join(format!("latest-{series}"));
+            assert_eq!(fs::read_link(link).unwrap(), Path::new(&format!("{series}-{number}")));
+            assert!(at("out").join(format!("{series}-{number}")).join(name).is_file());
+        }
+        let own = format!("{words} --out own-{series}");
+        succeeds(directory.path(), &own);
+        let own_directory = at(&format!("own-{series}"));
+        // Somebody's own from here on: the size alone would not tell.
+        for (name, _) in files(&own_directory) {
+            fs::write(own_directory.join(name), "mine").unwrap();
+        }
+        for (name, _) in files(&own_directory) {
+            let kept = temporary();
+            fs::write(kept.path().join(&name), "mine").unwrap();
+            let into = format!("{words} --out {}", kept.path().display());
+            refuses(directory.path(), &into, 1, &[&name, "is there already", "--overwrite"]);
+            assert_eq!(files(kept.path()), [(name, b"mine".to_vec())]);
+        }
+        succeeds(directory.path(), &format!("{own} --overwrite"));
+        assert!(files(&own_directory).iter().all(|(_, bytes)| bytes != b"mine"), "{series}");
+    }
+    assert_eq!(fs::read_link(at("out/latest")).unwrap(), Path::new("run-0001"), "it leads to the recording still");
+    assert!(files(&at("out/run-0001")) == recorded, "the recording is as it was");
+    let found = json(&succeeds(directory.path(), &format!("{identify} --json")));
+    assert_eq!(found["files"][0], "out/identify-0003/robot.toml");
 }

@@ -46,7 +46,7 @@ fn simulate(directory: &Path, robot: &Path, drive: &str, faults: &str) {
 }
 
 fn replayed(directory: &Path, robot: &Path, run: &str) -> Value {
-    let words = ["replay", run, "--robot", robot.to_str().unwrap(), "--out", "seen", "--json"];
+    let words = ["replay", run, "--robot", robot.to_str().unwrap(), "--out", "seen", "--overwrite", "--json"];
     serde_json::from_str(&scram(directory, &words)).unwrap()
 }
 

@@ -98,7 +98,7 @@ fn the_recording_has_the_pose_and_replays_to_the_bit() {
     for file in ["run.mcap", "run.csv"] {
         let said = json(&succeeds(
             directory.path(),
-            &format!("replay out/latest/{file} --robot @/robot.toml --json --out again"),
+            &format!("replay out/latest/{file} --robot @/robot.toml --json --out again-{file}"),
         ));
         assert_eq!(said["same"], Value::Bool(true), "{said}");
         let compared = said["compared"].as_array().unwrap();

@@ -179,7 +179,7 @@ impl Calibrate {
         address: Address,
         robot: &Robot,
     ) -> Done {
-        let mut files = identify::write(&self.common, fit)?.to_vec();
+        let mut files = identify::save(&self.common, fit, &self.common.out)?.to_vec();
         files.extend(self.save("run", recording, recorder, address, robot)?);
         for ending in ["mcap", "csv", "toml"] {
             let _ = std::fs::remove_file(self.common.out.join("failed").with_extension(ending));

@@ -13,8 +13,11 @@ use robot_file::Robot;
 use robot_file::edit::Document;
 use scram::progress::bar;
 
-use super::{Common, Done, Failure, print, print_json, say, table};
+use super::run_directory::DIAGNOSED;
+use super::{Common, Done, Failure, print, print_json, say, table, write};
 
+/// The extended model.
+const ROBOT: &str = "robot.toml";
 /// Samples that make a few rollouts; a run below this cannot be judged.
 const FEWEST_SAMPLES: usize = 20;
 /// Samples of a run that are looked at; longer runs are thinned by whole blocks.
@@ -22,8 +25,10 @@ const MOST_SAMPLES: usize = 60_000;
 
 /// Find what the simulation gets wrong about a recorded robot, and name its cause
 ///
-/// Fits on some runs, judges on others. Writes the extended robot file, report.html and diagnosis.json into --out.
+/// Fits on some runs, judges on others. Writes the extended robot file, report.html and diagnosis.json into a
+/// directory of their own, out/diagnose-0001 and so on; out/latest-diagnose leads to the last.
 #[derive(Args)]
+#[command(mut_arg("out", |arg| arg.default_value(DIAGNOSED.numbered)))]
 #[command(after_help = "Examples:\n  \
     scram diagnose runs/*.csv --robot robots/bench-xl330.toml\n  \
     scram diagnose a.mcap b.mcap c.mcap --holdout c.mcap --out diagnosis\n\n\
@@ -38,29 +43,34 @@ pub struct Diagnose {
     holdout: Vec<PathBuf>,
     #[command(flatten)]
     common: Common,
+    /// Write over what is in --out already
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// What a diagnosis wrote.
+struct Files {
+    page: PathBuf,
+    robot: PathBuf,
+    json: PathBuf,
 }
 
 impl Diagnose {
     pub fn run(&self) -> Done {
         let common = &self.common;
         let robot = common.robot()?;
+        // Whatever can be refused is refused before the minutes that it takes.
+        common.keeps_robot_file(&common.out.join(ROBOT))?;
+        DIAGNOSED.refuse(&common.out, self.overwrite)?;
         let (fit, held_out) = self.load(&robot)?;
         let options = Options { seed: common.seed, progress: Some(progress()), ..Options::default() };
         let diagnosis = diagnose(&robot, &fit, &held_out, &options).map_err(Report::from)?;
 
         let extended = self.extended(&diagnosis)?;
-        let file = common.out.join("robot.toml");
-        let about = About {
-            robot: robot.name.clone(),
-            robot_file: common.robot.display().to_string(),
-            extended_file: Some(file.display().to_string()),
-        };
-        // First what can be refused, so that no report speaks of a model that was not written.
-        common.save(&extended, &file)?;
-        let page = common.write("report.html", &html(&diagnosis, &about))?;
-        let json = serde_json::to_string_pretty(&diagnosis).map_err(|e| miette!("diagnosis.json: {e}"))?;
-        let json = common.write("diagnosis.json", &(json + "\n"))?;
+        let files = DIAGNOSED.fill(&common.out, self.overwrite, |out| self.save(&robot, &diagnosis, &extended, out))?;
+        let written = format!("written: {}, {}, {}", files.page.display(), files.robot.display(), files.json.display());
         if common.json {
+            say(&written);
             print_json(&diagnosis)?;
             return Ok(());
         }
@@ -68,11 +78,26 @@ impl Diagnose {
             print(line);
         }
         print(&table::facts(facts(&diagnosis)));
-        print(&format!("written: {}, {}, {}", page.display(), file.display(), json.display()));
+        print(&written);
         if robot.controller.is_some() {
-            print(&format!("try it: scram sim --robot {}", file.display()));
+            print(&format!("try it: scram sim --robot {}", files.robot.display()));
         }
         Ok(())
+    }
+
+    fn save(&self, robot: &Robot, diagnosis: &Diagnosis, extended: &Document, out: &Path) -> Result<Files, Report> {
+        let files = Files { page: out.join("report.html"), robot: out.join(ROBOT), json: out.join("diagnosis.json") };
+        let about = About {
+            robot: robot.name.clone(),
+            robot_file: self.common.robot.display().to_string(),
+            extended_file: Some(files.robot.display().to_string()),
+        };
+        // First what can be refused, so that no report speaks of a model that was not written.
+        self.common.save(extended, &files.robot)?;
+        write(&files.page, &html(diagnosis, &about))?;
+        let json = serde_json::to_string_pretty(diagnosis).map_err(|e| miette!("diagnosis.json: {e}"))?;
+        write(&files.json, &(json + "\n"))?;
+        Ok(files)
     }
 
     /// The recordings to fit on and those to judge by.

@@ -1,6 +1,6 @@
 //! `scram identify`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 use diagnose::identify::{PotentiometerFit, SecondFit, potentiometer, second_potentiometer};
@@ -11,7 +11,8 @@ use robot_file::edit::Document;
 use scram::progress::bar;
 use serde::Serialize;
 
-use super::{Common, Done, print, print_json, table};
+use super::run_directory::IDENTIFIED;
+use super::{Common, Done, print, print_json, table, write};
 
 /// Find parameters from recordings
 #[derive(Subcommand)]
@@ -21,13 +22,15 @@ pub enum Identify {
 
 /// Find the angle sensor's correction and blind arc from one run at constant voltage
 ///
-/// Writes a copy of the robot file with [sensor.correction] and a plot of what is left into --out.
+/// Writes a copy of the robot file with [sensor.correction] and a plot of what is left into a directory of
+/// its own, out/identify-0001 and so on; out/latest-identify leads to the last.
 #[derive(Args)]
+#[command(mut_arg("out", |arg| arg.default_value(IDENTIFIED.numbered)))]
 #[command(after_help = "Example:\n  \
     scram sim --drive duty:1 --seconds 2.5\n  \
     scram identify potentiometer out/latest/run.mcap\n  \
     scram identify potentiometer out/latest/run.mcap --sensor second --robot robots/two-sensors.toml\n  \
-    scram sim --robot out/robot.toml")]
+    scram sim --robot out/latest-identify/robot.toml")]
 pub struct Potentiometer {
     /// The recording: raw codes at constant voltage, 2.5 s or more
     run: PathBuf,
@@ -36,6 +39,9 @@ pub struct Potentiometer {
     sensor: Which,
     #[command(flatten)]
     common: Common,
+    /// Write over what is in --out already
+    #[arg(long)]
+    overwrite: bool,
 }
 
 /// Which of a robot's two potentiometers.
@@ -67,20 +73,31 @@ impl Potentiometer {
     fn run(&self) -> Done {
         let common = &self.common;
         let robot = common.robot()?;
+        common.keeps_robot_file(&common.out.join(ROBOT))?;
+        IDENTIFIED.refuse(&common.out, self.overwrite)?;
         let loaded =
             common.recording(&self.run, &robot, &ReadOptions { progress: Some(bar), ..ReadOptions::default() })?;
         match self.sensor {
             Which::First => {
                 let fit = potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
-                told(common, &fit, &fit, &write(common, &fit)?)
+                let files = self.fill(|out| save(common, &fit, out))?;
+                told(common, &fit, &fit, &files)
             }
             Which::Second => {
                 let fit = second_potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
-                told(common, &fit, &fit.own, &write_second(common, &fit)?)
+                let files = self.fill(|out| save_second(common, &fit, out))?;
+                told(common, &fit, &fit.own, &files)
             }
         }
     }
+
+    fn fill(&self, write: impl FnOnce(&Path) -> Result<[PathBuf; 2], Report>) -> Result<[PathBuf; 2], Report> {
+        IDENTIFIED.fill(&self.common.out, self.overwrite, write)
+    }
 }
+
+/// What `scram sim --robot` reads.
+const ROBOT: &str = "robot.toml";
 
 /// Says what was found and written.
 fn told(common: &Common, whole: &impl Serialize, fit: &PotentiometerFit, files: &[PathBuf; 2]) -> Done {
@@ -94,24 +111,24 @@ fn told(common: &Common, whole: &impl Serialize, fit: &PotentiometerFit, files: 
     Ok(())
 }
 
-/// Writes the corrected robot file and the plot of what is left into `--out`.
-pub(super) fn write(common: &Common, fit: &PotentiometerFit) -> Result<[PathBuf; 2], Report> {
+/// Writes the corrected robot file and the plot of what is left into a directory.
+pub(super) fn save(common: &Common, fit: &PotentiometerFit, out: &Path) -> Result<[PathBuf; 2], Report> {
     let mut document = Document::load(&common.robot)?;
     document.set_correction(&fit.correction)?;
-    save(common, &document, fit)
+    save_both(common, &document, fit, out)
 }
 
-fn write_second(common: &Common, fit: &SecondFit) -> Result<[PathBuf; 2], Report> {
+fn save_second(common: &Common, fit: &SecondFit, out: &Path) -> Result<[PathBuf; 2], Report> {
     let mut document = Document::load(&common.robot)?;
     document.set_second_correction(&fit.own.correction)?;
     document.set("sensor.second.offset_deg", &fit.offset)?;
-    save(common, &document, &fit.own)
+    save_both(common, &document, &fit.own, out)
 }
 
-fn save(common: &Common, document: &Document, fit: &PotentiometerFit) -> Result<[PathBuf; 2], Report> {
-    let file = common.out.join("robot.toml");
+fn save_both(common: &Common, document: &Document, fit: &PotentiometerFit, out: &Path) -> Result<[PathBuf; 2], Report> {
+    let (file, picture) = (out.join(ROBOT), out.join("potentiometer.svg"));
     common.save(document, &file)?;
-    let picture = common.write("potentiometer.svg", &residual_svg(fit))?;
+    write(&picture, &residual_svg(fit))?;
     Ok([file, picture])
 }
 

@@ -7,18 +7,20 @@ use miette::Report;
 use scram::replay::{COMPARISON, Findings, Quantity, replay};
 use serde::Serialize;
 
+use super::run_directory::REPLAYED;
 use super::sim::listed;
-use super::{Common, Done, print, print_json, table};
+use super::{Common, Done, print, print_json, table, write};
 
 /// Plot a recording again, and show what the current controller would decide otherwise
 ///
-/// Reads recordings of `scram sim` and `scram hil`, of a console session, and CSV. Plots (SVG) go into --out. Where the
-/// recording has orders and sensor codes, the current controller, designed from --robot, gets the recorded samples and
+/// Reads recordings of `scram sim` and `scram hil`, of a console session, and CSV. Plots (SVG) go into a
+/// directory of their own, out/replay-0001 and so on; out/latest-replay leads to the last. Where the recording has orders and sensor codes, the current controller, designed from --robot, gets the recorded samples and
 /// orders, and what it decides is compared with what was decided then.
 ///
 /// The samples are fixed (open loop): the recorded shaft does not follow the current controller. A difference shows that
 /// and where decisions change, not how the run would have gone on.
 #[derive(Args)]
+#[command(mut_arg("out", |arg| arg.default_value(REPLAYED.numbered)))]
 #[command(after_help = "Examples:\n  \
     scram replay out/latest/run.mcap                 the same robot file: nothing differs\n  \
     scram replay out/latest/run.mcap --robot changed.toml   what other gains would do\n  \
@@ -32,6 +34,9 @@ pub struct Replay {
     robot_name: Option<String>,
     #[command(flatten)]
     common: Common,
+    /// Write over pictures of a replay that are in --out already
+    #[arg(long)]
+    overwrite: bool,
 }
 
 #[derive(Serialize)]
@@ -44,17 +49,23 @@ struct Output<'a> {
 
 impl Replay {
     pub fn run(&self) -> Done {
-        let robot = self.common.robot()?;
+        let (robot, out) = (self.common.robot()?, &self.common.out);
+        REPLAYED.refuse(out, self.overwrite)?;
         let seen = replay(&self.run, self.robot_name.as_deref(), &robot).map_err(Report::from)?;
-        let mut files = Vec::new();
-        for (name, svg) in seen.pictures().map_err(Report::from)? {
-            files.push(self.common.write(&format!("{name}.svg"), &svg)?);
-        }
+        let pictures = seen.pictures().map_err(Report::from)?;
         let findings = &seen.findings;
-        if findings.same.is_none() {
-            // A comparison of an earlier replay beside this one would lie.
-            let _ = std::fs::remove_file(self.common.out.join(format!("{COMPARISON}.svg")));
-        }
+        let files = REPLAYED.fill(out, self.overwrite, |out| {
+            let mut files = Vec::new();
+            for (name, svg) in &pictures {
+                files.push(out.join(format!("{name}.svg")));
+                write(&out.join(format!("{name}.svg")), svg)?;
+            }
+            if findings.same.is_none() {
+                // A comparison of an earlier replay, written over, would lie beside this one.
+                let _ = std::fs::remove_file(out.join(format!("{COMPARISON}.svg")));
+            }
+            Ok(files)
+        })?;
         if self.common.json {
             print_json(&Output { recording: &self.run, findings, files: &files })?;
             return Ok(());

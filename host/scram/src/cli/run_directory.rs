@@ -1,5 +1,5 @@
-//! Where the files of a run go: a numbered directory of its own, or one that was named, in which no recording is written
-//! over unasked.
+//! Where the files of a run or of its evaluation go: a numbered directory of its own, or one that was named, in which
+//! nothing of an earlier one is written over unasked.
 
 use std::fs::{self, File};
 use std::io;
@@ -10,80 +10,137 @@ use recording::{RecordingError, is_disk_full};
 
 use super::say;
 
-/// Stands for the first free number. What `--out` is when nothing is said.
-pub const NUMBERED: &str = "out/run-NNNN";
-/// Beside the numbered directories: leads to that of the last run.
-const LATEST: &str = "latest";
-/// How a numbered directory is called before its number.
-const PREFIX: &str = "run-";
-/// What makes a directory one that holds a run.
-const RECORDINGS: [&str; 2] = ["run.mcap", "run.csv"];
+/// Directories that are counted together, and what is in each of them.
+pub struct Series {
+    /// Stands for the first free number. What `--out` is when nothing is said.
+    pub numbered: &'static str,
+    /// How a numbered directory is called before its number.
+    prefix: &'static str,
+    /// Beside the numbered directories: leads to the last of them.
+    latest: &'static str,
+    /// What is not written over unasked.
+    kept: &'static [&'static str],
+    /// What these files are.
+    are: &'static str,
+}
+
+/// Recordings of `scram sim` and `scram hil`.
+pub const RUNS: Series = Series {
+    numbered: "out/run-NNNN",
+    prefix: "run-",
+    latest: "latest",
+    kept: &["run.mcap", "run.csv"],
+    are: "the recording of another run",
+};
+
+/// What `scram identify` found. Has a link of its own, as the two below: `latest` goes on leading to the recording.
+pub const IDENTIFIED: Series = Series {
+    numbered: "out/identify-NNNN",
+    prefix: "identify-",
+    latest: "latest-identify",
+    kept: &["robot.toml", "potentiometer.svg"],
+    are: "perhaps what another run found",
+};
+
+/// What `scram replay` drew.
+pub const REPLAYED: Series = Series {
+    numbered: "out/replay-NNNN",
+    prefix: "replay-",
+    latest: "latest-replay",
+    kept: &["replay.svg", "replay-comparison.svg"],
+    are: "the picture of another replay",
+};
+
+/// What `scram diagnose` found.
+pub const DIAGNOSED: Series = Series {
+    numbered: "out/diagnose-NNNN",
+    prefix: "diagnose-",
+    latest: "latest-diagnose",
+    kept: &["robot.toml", "report.html", "diagnosis.json"],
+    are: "perhaps what another run found",
+};
 
 /// A directory that is this run's while this lives.
 pub struct RunDirectory {
     path: PathBuf,
-    numbered: bool,
+    /// Of a numbered one: the link to it.
+    latest: Option<&'static str>,
     /// Two runs into one named directory: the second waits for the first, and finds its recording.
     _lock: Option<File>,
 }
 
 impl RunDirectory {
-    /// Makes the directory of a run: `out` itself, or the next number for [`NUMBERED`].
+    /// Makes the directory of a run: `out` itself, or the next number for [`Series::numbered`].
     ///
     /// # Errors
-    /// It cannot be made, or there is a recording in it and it may not be written over.
-    pub fn claim(out: &Path, overwrite: bool) -> Result<Self, Report> {
-        if out != Path::new(NUMBERED) {
+    /// It cannot be made, or there is something in it that may not be written over.
+    fn claim(series: &Series, out: &Path, overwrite: bool) -> Result<Self, Report> {
+        if out != Path::new(series.numbered) {
             make(|| fs::create_dir_all(out), out)?;
             let lock = lock(out);
-            refuse_recorded(out, overwrite)?;
-            return Ok(Self { path: out.to_owned(), numbered: false, _lock: lock });
+            series.refuse(out, overwrite)?;
+            return Ok(Self { path: out.to_owned(), latest: None, _lock: lock });
         }
         let parent = out.parent().unwrap_or(Path::new(""));
         make(|| fs::create_dir_all(parent), parent)?;
-        let path = next(parent).map_err(|error| cannot_be_made(out, error))?;
-        Ok(Self { path, numbered: true, _lock: None })
+        let path = next(parent, series.prefix).map_err(|error| cannot_be_made(out, error))?;
+        Ok(Self { path, latest: Some(series.latest), _lock: None })
     }
 
-    /// The directory.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Ends a run of which everything is written: `latest` leads to it from now on. What cannot be linked is said; the run
+    /// Ends a run of which everything is written: the link leads to it from now on. What cannot be linked is said; the run
     /// is there all the same.
-    pub fn keep(self) {
-        if !self.numbered {
-            return;
-        }
+    fn keep(self) {
+        let Some(latest) = self.latest else { return };
         let Some((parent, name)) = self.path.parent().zip(self.path.file_name()) else { return };
-        if let Err(error) = lead_to(&parent.join(LATEST), Path::new(name)) {
-            say(&format!("warning: {} does not lead to this run: {error}", parent.join(LATEST).display()));
+        if let Err(error) = lead_to(&parent.join(latest), Path::new(name)) {
+            say(&format!("warning: {} does not lead to this run: {error}", parent.join(latest).display()));
         }
     }
 
     /// Ends a run that failed: a number that holds nothing is given back.
-    pub fn abandon(self) {
-        if self.numbered {
+    fn abandon(self) {
+        if self.latest.is_some() {
             // Where something is in it, it stays.
             let _ = fs::remove_dir(&self.path);
         }
     }
 }
 
-/// Fails before a run whose recording would replace one.
-///
-/// # Errors
-/// A recording is there, and it may not be written over.
-pub fn refuse_recorded(out: &Path, overwrite: bool) -> Result<(), Report> {
-    let there = RECORDINGS.map(|name| out.join(name)).into_iter().find(|file| file.exists());
-    match there {
-        Some(file) if !overwrite => Err(miette!(
-            help = "name another directory with --out, leave --out away for a new one, or say --overwrite",
-            "{} is there already, the recording of another run; it is not written over",
-            file.display()
-        )),
-        _ => Ok(()),
+impl Series {
+    /// Fails before a run whose files would replace others.
+    ///
+    /// # Errors
+    /// One of them is there, and it may not be written over.
+    pub fn refuse(&self, out: &Path, overwrite: bool) -> Result<(), Report> {
+        let there = self.kept.iter().map(|name| out.join(name)).find(|file| file.exists());
+        match there {
+            Some(file) if !overwrite => Err(miette!(
+                help = "name another directory with --out, leave --out away for a new one, or say --overwrite",
+                "{} is there already, {}; it is not written over",
+                file.display(),
+                self.are
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes a run's files into its directory.
+    ///
+    /// # Errors
+    /// Those of [`Series::refuse`] and of `write`; a directory that cannot be made.
+    pub fn fill<T>(
+        &self,
+        out: &Path,
+        overwrite: bool,
+        write: impl FnOnce(&Path) -> Result<T, Report>,
+    ) -> Result<T, Report> {
+        let directory = RunDirectory::claim(self, out, overwrite)?;
+        let written = write(&directory.path);
+        match &written {
+            Ok(_) => directory.keep(),
+            Err(_) => directory.abandon(),
+        }
+        written
     }
 }
 
@@ -101,15 +158,15 @@ fn cannot_be_made(directory: &Path, error: io::Error) -> Report {
 }
 
 /// Makes the directory behind the highest number. Of several processes each gets another one: a directory is made once.
-fn next(parent: &Path) -> io::Result<PathBuf> {
+fn next(parent: &Path, prefix: &str) -> io::Result<PathBuf> {
     let numbers = fs::read_dir(parent)?.flatten().filter_map(|entry| {
         let name = entry.file_name().into_string().ok()?;
-        name.strip_prefix(PREFIX)?.parse::<u32>().ok()
+        name.strip_prefix(prefix)?.parse::<u32>().ok()
     });
     let mut number = numbers.max().unwrap_or(0);
     loop {
         number = number.checked_add(1).ok_or_else(|| io::Error::other("there is no number left"))?;
-        let path = parent.join(format!("{PREFIX}{number:04}"));
+        let path = parent.join(format!("{prefix}{number:04}"));
         match fs::create_dir(&path) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             made => return made.map(|()| path),
@@ -154,10 +211,10 @@ mod tests {
     #[test]
     fn of_several_at_once_each_has_a_number_of_its_own() {
         let directory = tempfile::tempdir().unwrap();
-        for name in ["run-0007", "run-x", "latest"] {
+        for name in ["run-0007", "run-x", "latest", "replay-0009"] {
             fs::create_dir(directory.path().join(name)).unwrap();
         }
-        let claim = || (0..25).map(|_| next(directory.path()).unwrap()).collect::<Vec<_>>();
+        let claim = || (0..25).map(|_| next(directory.path(), "run-").unwrap()).collect::<Vec<_>>();
         let made: Vec<PathBuf> = std::thread::scope(|scope| {
             let threads: Vec<_> = (0..4).map(|_| scope.spawn(claim)).collect();
             threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
@@ -172,7 +229,7 @@ mod tests {
     #[test]
     fn the_link_leads_to_the_last_and_replaces_nothing_else() {
         let directory = tempfile::tempdir().unwrap();
-        let link = directory.path().join(LATEST);
+        let link = directory.path().join(RUNS.latest);
         for name in ["run-0001", "run-0002"] {
             lead_to(&link, Path::new(name)).unwrap();
             assert_eq!(fs::read_link(&link).unwrap(), Path::new(name));

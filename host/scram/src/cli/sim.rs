@@ -14,7 +14,7 @@ use simulation::{
 };
 
 use super::on_chip::OnChip;
-use super::run_directory::{self, RunDirectory};
+use super::run_directory::RUNS;
 use super::settings::Settings;
 use super::walk::{self, Ground};
 use super::{Common, Done, Failure, print, print_json, say, table, write};
@@ -49,7 +49,7 @@ pub struct Sim {
 
 /// What is run, wherever the decisions are made.
 #[derive(Args)]
-#[command(mut_arg("out", |arg| arg.default_value(run_directory::NUMBERED).help("Directory for what is written")))]
+#[command(mut_arg("out", |arg| arg.default_value(RUNS.numbered).help("Directory for what is written")))]
 pub struct Run {
     /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), or script:FILE
     #[arg(long, default_value = "freq:7", allow_hyphen_values = true)]
@@ -138,7 +138,7 @@ impl Run {
         let mut robot = self.settings.robot(&self.common.robot)?;
         Scheduled::check_parts(&faults, &robot).map_err(|e| Failure::Usage(e.into()))?;
         let walks = self.ground.prepare(&mut robot)?;
-        run_directory::refuse_recorded(&self.common.out, self.overwrite)?;
+        RUNS.refuse(&self.common.out, self.overwrite)?;
         Ok(Task { robot, plan: Plan { drive, seconds, faults }, walks })
     }
 
@@ -205,17 +205,7 @@ impl Run {
 
     /// Writes the files of a run into its directory.
     fn save(&self, ran: &Ran, robot: &robot_file::Robot, title: &str) -> Result<Vec<PathBuf>, Report> {
-        let directory = RunDirectory::claim(&self.common.out, self.overwrite)?;
-        match self.write(ran, robot, title, directory.path()) {
-            Ok(files) => {
-                directory.keep();
-                Ok(files)
-            }
-            Err(error) => {
-                directory.abandon();
-                Err(error)
-            }
-        }
+        RUNS.fill(&self.common.out, self.overwrite, |out| self.write(ran, robot, title, out))
     }
 
     fn write(&self, ran: &Ran, robot: &robot_file::Robot, title: &str, out: &Path) -> Result<Vec<PathBuf>, Report> {
