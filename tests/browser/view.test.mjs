@@ -19,7 +19,7 @@ describe("the robot in 3D", { skip: missing() }, () => {
   before(async () => {
     if (!process.env.VIEW_PAGE) {
       mkdirSync(directory, { recursive: true });
-      const words = `run --quiet --locked -p scram -- sim --alpha 90 --out ${directory}/out --view ${file}`;
+      const words = `run --quiet --locked -p scram -- sim --alpha 90 --out ${directory}/out --overwrite --view ${file}`;
       execFileSync("cargo", words.split(" "), { cwd: root, stdio: ["ignore", "ignore", "inherit"] });
     }
     browser = await launch();
