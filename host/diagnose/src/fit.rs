@@ -25,6 +25,8 @@ pub struct Data<'a> {
     pub sigma_current: Option<f64>,
 }
 
+/// Standard deviation, in a fit's coordinates, of numbers of which nothing is known: an interval reaches to the bounds.
+const UNKNOWN: f64 = 1e3;
 /// See [`Fit::strayed`].
 const AT_ODDS: f64 = 2.0;
 
@@ -359,7 +361,7 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
     let mut moved = vec![0.0; size];
     for i in 0..size {
         let one = &fit.free[i];
-        // No number moves by more than a factor e, or four of its units, at once.
+        // No number moves by more than a factor e, or eight of its units, at once.
         let most = if one.scale == Scale::Log { 1.0 } else { 8.0 };
         let to = fit.coordinates[i] + change[i].clamp(-most, most);
         trial.coordinates[i] = to.clamp(lower(one), one.coordinate(one.high));
@@ -399,7 +401,8 @@ fn sandwich(equations: &Reduced, misfit: f64) -> DMatrix<f64> {
             let inverse = factor.inverse();
             &inverse * (&equations.meat / misfit.powi(2) + prior) * &inverse
         }
-        None => DMatrix::identity(size, size),
+        // The data and the priors leave a direction open: nothing is known.
+        None => DMatrix::from_diagonal_element(size, size, UNKNOWN * UNKNOWN),
     }
 }
 

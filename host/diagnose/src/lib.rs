@@ -67,7 +67,6 @@ mod measured;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use effects::Id;
@@ -77,7 +76,7 @@ use fit::Fit;
 use numbers::Number;
 use recording::Recording;
 use search::Candidate;
-use selection::{Decision, Selection};
+use selection::{Decision, Selection, reaches};
 use session::Session;
 
 pub use extend::extend;
@@ -97,7 +96,7 @@ pub struct Options {
     /// Threads; 0 for as many as the machine has cores.
     pub threads: usize,
     /// Length of the free rollouts, s; `None` for 0.1 s, longer for a rig that is slow (twice its mechanical time
-    /// constant, where that is beyond 0.2 s) or slowly sampled (25 samples).
+    /// constant, where that is beyond 0.2 s; 1 s at most) or slowly sampled (25 samples).
     pub horizon_s: Option<f64>,
     /// Told what is being done (a word or two) and the share done, 0 … 1.
     pub progress: Option<Progress>,
@@ -183,25 +182,27 @@ pub fn diagnose(
         tell("refitting the model's numbers", 0.0);
         let (mut session, mut baseline) = open(robot, fit, held_out, options)?;
         let effects = search::candidates(&session, robot);
-        let try_singles = |session: &Session, baseline: &Candidate| {
+        let try_singles = |session: &Session, baseline: &Candidate, pass: usize| {
             let done = AtomicUsize::new(0);
             search::singles(session, baseline, &effects, &|| {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                tell("fitting effects", 0.15 + 0.5 * done as f64 / effects.len() as f64);
+                let passes = pass as f64 + done as f64 / effects.len() as f64;
+                tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
             })
         };
-        let mut candidates = try_singles(&session, &baseline);
-        for _ in 1..PASSES {
+        let mut candidates = try_singles(&session, &baseline, 0);
+        for pass in 1..PASSES {
             // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
             let open = !session.nothing_to_explain(&baseline.evaluation);
-            let best = best(&candidates).filter(|best| open && !session.reached(&best.evaluation));
+            let best = best(&candidates).filter(|best| open && !reaches(session.noise, &baseline, best));
             let Some(best) = best else { break };
             if !session.drop_blind(&best.fit, options)? {
                 break;
             }
             let fit = session.settle(&baseline.fit);
             baseline = judged(&mut session, fit);
-            candidates = try_singles(&session, &baseline);
+            refuse_wrong_rig(robot, &session, &baseline)?;
+            candidates = try_singles(&session, &baseline, pass);
         }
         refine_floor(&mut session, &candidates);
         let bootstrap = bootstrap::Bootstrap::new(baseline.evaluation.errors.len(), options.seed);
@@ -211,7 +212,7 @@ pub fn diagnose(
         if decision.verdict == Verdict::Unexplained {
             tell("fitting pairs of effects", 0.7);
             candidates.extend(search::pairs(&session, &candidates));
-            search::apart(&session, &mut candidates);
+            search::apart(&session, &baseline, &mut candidates);
             refine_floor(&mut session, &candidates);
             decision =
                 Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
@@ -259,6 +260,12 @@ fn open(
 ) -> Result<(Session, Candidate), DiagnoseError> {
     let (mut session, fit) = Session::open(robot, fit, held_out, options)?;
     let baseline = judged(&mut session, fit);
+    refuse_wrong_rig(robot, &session, &baseline)?;
+    Ok((session, baseline))
+}
+
+/// Refuses recordings that the refitted model misses by far.
+fn refuse_wrong_rig(robot: &Robot, session: &Session, baseline: &Candidate) -> Result<(), DiagnoseError> {
     let error = baseline.mean_square().sqrt();
     let ratio = error / session.noise.sqrt();
     let at_bound = baseline.fit.free.iter().zip(&baseline.fit.coordinates).filter(|(free, at)| {
@@ -270,7 +277,7 @@ fn open(
         let detail = format!("{:.1}° after {:.2} s", error.to_degrees(), session.horizon_s);
         return Err(DiagnoseError::WrongRig { robot: robot.name.clone(), ratio, detail });
     }
-    Ok((session, baseline))
+    Ok(())
 }
 
 /// The refitted nominal model, judged; its starts are a first guess for every later one.
@@ -292,13 +299,14 @@ fn refine_floor(session: &mut Session, candidates: &[Candidate]) {
 }
 
 fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision: &Decision) -> Diagnosis {
-    let named = decision.named.map(|index| &selection.candidates[index]);
+    let named = decision.named().map(|index| &selection.candidates[index]);
+    let also = decision.also(selection.candidates);
     let after = named.unwrap_or(selection.baseline);
     let extended = values::fitted(robot, &session.model, &after.fit);
     let causes: Vec<Cause> = after
         .effects
         .iter()
-        .zip(&decision.also)
+        .zip(&also)
         .map(|(effect, also)| Cause {
             effect: effect.name().to_owned(),
             also: also.iter().map(|effect| effect.name().to_owned()).chain(resembled(decision, *effect)).collect(),
@@ -307,7 +315,7 @@ fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision:
         .collect();
     let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after);
     let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
-    let mut class: Vec<Id> = decision.also.iter().flatten().copied().collect();
+    let mut class: Vec<Id> = also.iter().flatten().copied().collect();
     class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
     let gain = named.map_or_else(Gain::default, |model| {
         let [percent_of_excess_removed, low, high] = selection.gain(model);
@@ -316,6 +324,7 @@ fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision:
     let mut diagnosis = Diagnosis {
         verdict: decision.verdict,
         causes,
+        models: decision.class.iter().map(|&index| names(&selection.candidates[index])).collect(),
         noise_floor: session.noise.sqrt(),
         before: selection.baseline.mean_square().sqrt(),
         after: after.mean_square().sqrt(),
@@ -339,6 +348,11 @@ fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision:
     };
     diagnosis.detail.summary = words::summary(&diagnosis);
     diagnosis
+}
+
+/// The effects of a model by name.
+fn names(model: &Candidate) -> Vec<String> {
+    model.effects.iter().map(|effect| effect.name().to_owned()).collect()
 }
 
 /// What the catalogue does not have but these data cannot rule out: an effect that does not reach the floor may be the better
@@ -371,15 +385,15 @@ fn candidates(
     }];
     out.extend(order.into_iter().map(|model| {
         let (speaks_for, speaks_against) = words::evidence(selection, model, named);
-        let own: BTreeMap<&str, ()> = model.effects.iter().map(|effect| (effect.name(), ())).collect();
+        let own = names(model);
         CandidateEvidence {
-            effects: model.effects.iter().map(|effect| effect.name().to_owned()).collect(),
+            effects: names(model),
             held_out_rmse: model.mean_square().sqrt(),
             ratio_to_floor: selection.ratio(model),
             improvement_percent: selection.improvement(selection.baseline, model, 0.025).map(|share| 100.0 * share),
             parameters: values::fitted(robot, &session.model, &model.fit)
                 .into_iter()
-                .filter(|one| one.path.split('.').nth(1).is_some_and(|table| own.contains_key(table)))
+                .filter(|one| one.path.split('.').nth(1).is_some_and(|table| own.iter().any(|name| name == table)))
                 .collect(),
             speaks_for,
             speaks_against,

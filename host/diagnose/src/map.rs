@@ -26,7 +26,6 @@ fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point
     for (index, track) in session.held_out.iter().enumerate() {
         let (simulated_before, simulated_after) =
             (&before.evaluation.rolled[index].readings, &after.evaluation.rolled[index].readings);
-        let volts = if track.drive_is_volts { 1.0 } else { session.model.rail_v };
         let mut offset = 0;
         for segment in &track.segments {
             let length = segment.last - segment.first;
@@ -39,6 +38,8 @@ fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point
                 let (a, b) = (i.saturating_sub(2), (i + 2).min(length - 1));
                 let span = track.t[segment.first + b] - track.t[segment.first + a];
                 let speed = (simulated_after[offset + b] - simulated_after[offset + a]) / span.max(1e-9);
+                let rail = track.supply_v.get(k).copied().unwrap_or(session.model.rail_v);
+                let volts = if track.terminals_measured { 1.0 } else { rail };
                 let driven = if track.enable[k] { track.drive[k] * volts } else { 0.0 };
                 out.push(Point {
                     coordinates: [
@@ -164,6 +165,7 @@ pub fn runs(session: &Session) -> Vec<RunUse> {
             samples: track.t.len(),
             used: track.segments.iter().map(|segment| counts(segment.first..segment.last)).sum(),
             missing,
+            blind: track.dropped,
             spikes: track.t.len() - missing - counts(0..track.t.len()),
             rollouts: track.segments.len(),
         }

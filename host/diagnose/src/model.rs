@@ -154,13 +154,13 @@ impl Plant {
                 let (step, from) = (stepper.step(), track.t[k] + j as f64 * stepper.step());
                 // A late drive switches the bridge inside a step: the step is cut there, for no mean stands for both.
                 let Some(first) = drive.switch_within(track, from, step) else {
-                    let (command, enabled) = drive.over(track, k, from, step);
-                    current += self.advance(track, stepper, &mut motion, command, enabled);
+                    let drive = drive.over(track, k, from, step);
+                    current += self.advance(track, k, stepper, &mut motion, drive);
                     continue;
                 };
                 for (from, part) in [(from, first), (from + first, step - first)] {
-                    let (command, enabled) = drive.over(track, k, from, part);
-                    let mean = self.advance(track, &shaft.stepper(part), &mut motion, command, enabled);
+                    let drive = drive.over(track, k, from, part);
+                    let mean = self.advance(track, k, &shaft.stepper(part), &mut motion, drive);
                     current += mean * part / step;
                 }
             }
@@ -184,23 +184,23 @@ impl Plant {
         End { hidden, shaft: [motion.state.angle, motion.state.speed] }
     }
 
-    /// One step of driver, supply, shaft and wiper; returns the mean current, A.
+    /// One step of driver, supply, shaft and wiper from sample `k` on; returns the mean current, A.
     #[inline]
-    fn advance(&self, track: &Track, stepper: &Stepper, motion: &mut Motion, command: f64, enabled: bool) -> f64 {
+    fn advance(&self, track: &Track, k: usize, stepper: &Stepper, motion: &mut Motion, drive: (f64, bool)) -> f64 {
         let shaft = stepper.shaft();
+        let (command, enabled) = drive;
+        let measured_rail = track.supply_v.get(k).copied();
         let mut duty = 0.0;
         let terminals = if !enabled {
             Terminals::Open
         } else if track.terminals_measured {
             Terminals::Driven { voltage: command }
         } else {
-            let rail = self.supply.rail_v;
-            duty = if track.drive_is_volts { command / rail } else { command };
-            if self.shapes_duty {
-                duty = shaft.laws.duty(duty);
-            }
-            let rail = if track.drive_is_volts || self.stiff_supply {
-                rail
+            duty = if self.shapes_duty { shaft.laws.duty(command) } else { command };
+            let rail = if let Some(measured) = measured_rail {
+                measured
+            } else if self.stiff_supply {
+                self.supply.rail_v
             } else {
                 let fallen = shaft.laws.supply_fallen(&motion.states);
                 self.supply.rail(shaft, duty, motion.state.speed, fallen)

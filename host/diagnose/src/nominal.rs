@@ -154,6 +154,14 @@ impl FileModel {
     }
 }
 
+/// A rotor has at least this share of the inertia that the file says.
+const LEAST_ROTOR: f64 = 0.01;
+
+/// The load's inertia where the file's eccentric gives it, kg·m²; 0 where rotor and load keep their proportion.
+fn load_given(robot: &Robot) -> f64 {
+    if robot.eccentric.is_some() { robot.load.inertia_kg_m2.value } else { 0.0 }
+}
+
 /// R, K, J and b, as far as the file's ranges let them move.
 fn motor_numbers(robot: &Robot, file: &FilePlant) -> Vec<Free> {
     let (motor, shaft) = (&robot.motor, &file.shaft);
@@ -165,12 +173,14 @@ fn motor_numbers(robot: &Robot, file: &FilePlant) -> Vec<Free> {
         high: motor.rotor_inertia_kg_m2.high + load.high,
         source: String::new(),
     };
+    let inertia = wide(Number::Inertia, "the inertia", shaft.inertia_kg_m2, spread(&total, 0.3));
     let damping = shaft.torque_constant * shaft.torque_constant / shaft.resistance_ohm;
     let (resistance, torque_constant) = (&motor.resistance_ohm, &motor.torque_constant_nm_per_a);
     vec![
         wide(Number::Resistance, "the winding's resistance", shaft.resistance_ohm, spread(resistance, 0.3)),
         wide(Number::TorqueConstant, "the torque constant", shaft.torque_constant, spread(torque_constant, 0.15)),
-        wide(Number::Inertia, "the inertia", shaft.inertia_kg_m2, spread(&total, 0.3)),
+        // Of a load that an eccentric gives, the file keeps what it says: the rotor has the rest, which is positive.
+        Free { low: inertia.low.max(load_given(robot) + LEAST_ROTOR * motor.rotor_inertia_kg_m2.value), ..inertia },
         Free {
             scale: Scale::Linear(0.1 * damping),
             low: 0.0,
@@ -192,11 +202,14 @@ fn file_numbers(robot: &Robot, id: Id, sizes: &Sizes) -> Vec<Free> {
     let spreads = id.fit_ranges(&values, &spread_left(robot, id, &values, ranges), own.len());
     let with_file = |((one, start), spread): ((&FitNumber, &f64), &f64)| {
         let mut free = Free::of_effect(one, 0);
-        free.start = start.clamp(free.low, free.high);
-        if let Scale::Linear(unit) = free.scale {
-            // As wide as the file says, and never tighter than a fifth of the value.
-            free.prior = (spread.max(0.2 * start.abs()) / unit).max(1.0);
-        }
+        // What the file says is possible, wherever the catalogue's own fits stop.
+        (free.start, free.low, free.high) = (*start, free.low.min(*start), free.high.max(*start));
+        // As wide as the file says, and never tighter than a fifth of the value.
+        let spread = spread.max(0.2 * start.abs());
+        free.prior = match free.scale {
+            Scale::Linear(unit) => (spread / unit).max(1.0),
+            Scale::Log => spread / start,
+        };
         free
     };
     own.iter().zip(&starts).zip(&spreads).map(with_file).collect()

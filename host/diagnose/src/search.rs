@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use robot_file::robot::Robot;
 
 use super::fit::Fit;
+use super::selection::reaches;
 use super::session::{Evaluation, Session};
 
 /// A model that was tried.
@@ -42,10 +43,12 @@ const ROUNDS: usize = 15;
 const LOOK: usize = 7;
 /// A model is fitted in full if its excess over the noise after the first look is within this factor of the best's.
 const PROMISING: f64 = 2.0;
-/// Friction laws are fitted from each other's outcome where the better one comes this near to the floor (mean square).
+/// Effects are fitted from each other's outcome where the better one comes this near to the floor (mean square).
 const NEAR: f64 = 1.6;
-/// Most single effects and most pairs that are fitted in full.
-const MOST: (usize, usize) = (5, 3);
+/// Most single effects that are fitted in full.
+const MOST_SINGLE: usize = 5;
+/// Most pairs that are fitted in full, and most single effects from the file's own numbers.
+const MOST_FURTHER: usize = 3;
 /// Pairs are formed among this many of the best single effects.
 const PAIRED: usize = 3;
 
@@ -55,8 +58,8 @@ pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
     let tracks = || session.fit.iter().chain(&session.held_out);
     let in_file = |id: Id| robot.effects.listed().any(|listed| listed == id || listed.contains(id));
     let shows = |id: &Id| match id.spec().acts {
-        Acts::Command | Acts::Bridge => tracks().all(|track| !track.terminals_measured),
-        Acts::Supply => tracks().all(|track| !track.drive_is_volts),
+        Acts::Command | Acts::Bridge => tracks().any(|track| !track.terminals_measured),
+        Acts::Supply => tracks().any(|track| !track.terminals_measured && track.supply_v.is_empty()),
         Acts::Shaft | Acts::Sensor => true,
         Acts::Foot | Acts::Ground => false,
     };
@@ -69,9 +72,9 @@ pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
 pub fn singles(session: &Session, baseline: &Candidate, effects: &[Id], done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
     let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &baseline.fit)).collect();
     let briefly = session.nothing_to_explain(&baseline.evaluation);
-    let mut candidates = try_all(session, &wanted, briefly, MOST.0, done);
+    let mut candidates = try_all(session, &wanted, briefly, MOST_SINGLE, done);
     if !briefly && baseline.fit.strayed() {
-        if !candidates.iter().any(|one| session.reached(&one.evaluation)) {
+        if !candidates.iter().any(|one| reaches(session.noise, baseline, one)) {
             from_file(session, &mut candidates);
             level(session, &mut candidates);
         }
@@ -90,7 +93,7 @@ fn from_file(session: &Session, candidates: &mut [Candidate]) {
     };
     let mut looks: Vec<(usize, Fit)> = candidates.par_iter().enumerate().filter_map(look).collect();
     looks.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-    looks.truncate(MOST.1);
+    looks.truncate(MOST_FURTHER);
     let finished: Vec<(usize, Fit, Evaluation)> = looks
         .into_par_iter()
         .map(|(place, look)| {
@@ -228,13 +231,13 @@ pub fn pairs(session: &Session, singles: &[Candidate]) -> Vec<Candidate> {
         })
         .collect();
     wanted.extend(contained);
-    try_all(session, &wanted, false, MOST.1, &|| ())
+    try_all(session, &wanted, false, MOST_FURTHER, &|| ())
 }
 
 /// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended: alone, it may have
 /// gone astray on its way there.
-pub fn apart(session: &Session, candidates: &mut [Candidate]) {
-    let pairs = candidates.iter().filter(|one| one.effects.len() == 2 && session.reached(&one.evaluation));
+pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) {
+    let pairs = candidates.iter().filter(|one| one.effects.len() == 2 && reaches(session.noise, baseline, one));
     let Some(pair) = pairs.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else { return };
     let (effects, fit) = (pair.effects.clone(), pair.fit.clone());
     for effect in effects {

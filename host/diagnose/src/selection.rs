@@ -7,7 +7,7 @@ use super::search::Candidate;
 use super::verdict::Verdict;
 
 /// A model whose held-out error is within this factor of the noise floor has reached it.
-pub const REACHES: f64 = 1.12;
+const REACHES: f64 = 1.12;
 /// The same for a pair of effects.
 const PAIR_REACHES: f64 = 1.06;
 /// Up to this factor, a single effect that removes this share of the excess has reached the floor too.
@@ -34,10 +34,48 @@ pub(super) const TAIL: f64 = 0.001;
 pub struct Decision {
     /// The answer in one word.
     pub verdict: Verdict,
+    /// Indices of the models that these runs cannot tell apart, the one that the answer names first; empty for the nominal
+    /// one.
+    pub class: Vec<usize>,
+}
+
+impl Decision {
     /// Index of the model that the answer names; `None` for the nominal one.
-    pub named: Option<usize>,
-    /// For each effect of it, those that do as well in its place.
-    pub also: Vec<Vec<Id>>,
+    #[must_use]
+    pub fn named(&self) -> Option<usize> {
+        self.class.first().copied()
+    }
+
+    /// For each effect of the named model, those that do as well in its place, everything else as it is.
+    #[must_use]
+    pub fn also(&self, candidates: &[Candidate]) -> Vec<Vec<Id>> {
+        let Some(named) = self.named() else { return Vec::new() };
+        let named = &candidates[named].effects;
+        let rivals = || self.class[1..].iter().map(|&rival| &candidates[rival].effects);
+        let instead_of = |effect: &Id| {
+            let rest: Vec<Id> = named.iter().copied().filter(|one| one != effect).collect();
+            let in_its_place =
+                rivals().filter(|rival| rival.len() == named.len() && rest.iter().all(|one| rival.contains(one)));
+            let mut others: Vec<Id> = in_its_place.flatten().copied().filter(|other| !named.contains(other)).collect();
+            others.sort();
+            others.dedup();
+            others
+        };
+        named.iter().map(instead_of).collect()
+    }
+}
+
+/// Whether a model reaches the floor (mean square noise, rad²). Of a large misfit, the law in the library may leave a trace
+/// because the real one is richer: then it must have removed nearly all of it. A pair has more freedom, so more is asked of
+/// it.
+#[must_use]
+pub fn reaches(noise: f64, baseline: &Candidate, model: &Candidate) -> bool {
+    let ratio = (model.mean_square() / noise).sqrt();
+    if model.effects.len() > 1 {
+        return ratio <= PAIR_REACHES;
+    }
+    let removed = 1.0 - (model.mean_square() - noise) / (baseline.mean_square() - noise);
+    ratio <= REACHES || (ratio <= TRACE.0 && removed >= TRACE.1)
 }
 
 /// Everything a comparison needs.
@@ -64,15 +102,10 @@ impl Selection<'_> {
         (model.mean_square() / self.noise).sqrt()
     }
 
-    /// Whether a model reaches the floor. Of a large misfit, the law in the library may leave a trace because the real
-    /// one is richer: then it must have removed nearly all of it. A pair has more freedom, so more is asked of it.
-    fn reaches(&self, model: &Candidate) -> bool {
-        let ratio = self.ratio(model);
-        if model.effects.len() > 1 {
-            return ratio <= PAIR_REACHES;
-        }
-        let removed = 1.0 - (model.mean_square() - self.noise) / (self.baseline.mean_square() - self.noise);
-        ratio <= REACHES || (ratio <= TRACE.0 && removed >= TRACE.1)
+    /// [`reaches`] for a model that was tried.
+    #[must_use]
+    pub fn reaches(&self, model: &Candidate) -> bool {
+        reaches(self.noise, self.baseline, model)
     }
 
     /// Share of one model's RMSE that another removes: value and interval.
@@ -111,7 +144,7 @@ impl Selection<'_> {
     /// The verdict.
     #[must_use]
     pub fn decide(&self) -> Decision {
-        let nothing = Decision { verdict: Verdict::Nothing, named: None, also: Vec::new() };
+        let nothing = Decision { verdict: Verdict::Nothing, class: Vec::new() };
         if self.ratio(self.baseline) <= NOTHING {
             return nothing;
         }
@@ -124,7 +157,7 @@ impl Selection<'_> {
                 return self.among(&reached, Verdict::Explained);
             }
         }
-        self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, named: None, also: Vec::new() })
+        self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, class: Vec::new() })
     }
 
     /// Names one of several models of equal size, with those that it cannot be told from.
@@ -138,7 +171,7 @@ impl Selection<'_> {
             .copied()
             .filter(|&i| i == best || !self.beats(&self.candidates[best], &self.candidates[i]))
             .collect();
-        // The simplest of the class is named; what contains it is no rival.
+        // What contains a simpler one of the class is no rival, and not named even where it is the best by a trace.
         class.sort_by_key(|&i| (self.candidates[i].fit.free.len(), (1e6 * self.ratio(&self.candidates[i])) as u64));
         let contains_simpler = |i: usize| {
             let outer = &self.candidates[i].effects;
@@ -148,30 +181,16 @@ impl Selection<'_> {
                 j != i && outer != inner && outer.iter().all(covered)
             })
         };
-        let class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i)).collect();
-        let best = if class.contains(&best) { best } else { class[0] };
-        let named = &self.candidates[best].effects;
-        let also: Vec<Vec<Id>> = named
-            .iter()
-            .map(|effect| {
-                let mut others: Vec<Id> = class
-                    .iter()
-                    .filter(|&&i| i != best)
-                    .flat_map(|&i| self.candidates[i].effects.iter().copied())
-                    .filter(|other| other != effect && !named.contains(other))
-                    .collect();
-                others.sort();
-                others.dedup();
-                others
-            })
-            .collect();
-        let ambiguous = class.len() > 1;
-        let verdict = if ambiguous && verdict == Verdict::Explained { Verdict::Ambiguous } else { verdict };
-        Decision { verdict, named: Some(best), also }
+        let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i)).collect();
+        if let Some(place) = class.iter().position(|&i| i == best) {
+            class[..=place].rotate_right(1);
+        }
+        let verdict = if class.len() > 1 && verdict == Verdict::Explained { Verdict::Ambiguous } else { verdict };
+        Decision { verdict, class }
     }
 
-    /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share; with it a
-    /// second one, if the second pays as clearly again.
+    /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share, with the rivals that
+    /// remove half as much.
     fn partial(&self) -> Option<Decision> {
         let single: Vec<usize> =
             (0..self.candidates.len()).filter(|&i| self.candidates[i].effects.len() == 1).collect();
@@ -208,5 +227,72 @@ impl Selection<'_> {
             candidate
         };
         self.improvement(&without(from), &without(to), 0.025)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::super::fit::Fit;
+    use super::super::session::Evaluation;
+    use super::*;
+
+    /// A model whose rollouts all have one mean square, rad².
+    fn model(effects: &[&str], mean_square: f64) -> Candidate {
+        let effects: Vec<Id> = effects.iter().map(|name| Id::of(name).unwrap()).collect();
+        let fit = Fit {
+            effects: effects.clone(),
+            free: Vec::new(),
+            coordinates: Vec::new(),
+            starts: Vec::new(),
+            cost: 0.0,
+            covariance: DMatrix::zeros(0, 0),
+        };
+        let evaluation = Evaluation { rolled: Vec::new(), errors: vec![(mean_square, 1.0); 100], starts: Vec::new() };
+        Candidate { effects, fit, evaluation }
+    }
+
+    fn decide(baseline: f64, candidates: &[Candidate]) -> Decision {
+        let bootstrap = Bootstrap::new(100, 1);
+        let baseline = model(&[], baseline);
+        Selection { noise: 1.0, baseline: &baseline, candidates, bootstrap: &bootstrap }.decide()
+    }
+
+    #[test]
+    fn a_rival_pair_stands_for_the_effect_that_it_replaces() {
+        let candidates = [
+            model(&["gravity_tilt"], 4.0),
+            model(&["driver_drop", "gravity_tilt"], 1.0),
+            model(&["driver_deadband", "gravity_tilt"], 1.001),
+            model(&["driver_drop", "sensor_nonlinearity"], 1.002),
+            model(&["battery_sag", "sensor_delay"], 1.003),
+        ];
+        let decision = decide(9.0, &candidates);
+        assert_eq!((decision.verdict, decision.named()), (Verdict::Ambiguous, Some(1)));
+        let also: Vec<Vec<&str>> =
+            decision.also(&candidates).iter().map(|ids| ids.iter().map(|id| id.name()).collect()).collect();
+        assert_eq!(also, [["driver_deadband"], ["sensor_nonlinearity"]]);
+        // Nor is the pair that shares no effect forgotten.
+        assert_eq!(decision.class.len(), 4);
+    }
+
+    #[test]
+    fn the_best_is_named_but_not_for_what_it_contains() {
+        let candidates =
+            [model(&["stribeck_friction"], 1.0), model(&["coulomb_friction"], 1.001), model(&["sensor_delay"], 1.002)];
+        let decision = decide(9.0, &candidates);
+        let class: Vec<&str> = decision.class.iter().map(|&i| candidates[i].effects[0].name()).collect();
+        assert_eq!(class, ["coulomb_friction", "sensor_delay"]);
+    }
+
+    #[test]
+    fn evidence_and_verdict_agree_on_what_reaches_the_floor() {
+        // A pair must come nearer than a single effect.
+        let far = 1.1f64.powi(2);
+        let candidates = [model(&["driver_drop", "gravity_tilt"], far)];
+        assert_eq!(decide(1.5, &candidates).verdict, Verdict::Unexplained);
+        let candidates = [model(&["driver_drop"], far)];
+        assert_eq!(decide(1.5, &candidates).verdict, Verdict::Explained);
     }
 }

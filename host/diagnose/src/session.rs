@@ -4,7 +4,7 @@ use effects::Id;
 use rayon::prelude::*;
 use robot_file::robot::Robot;
 
-use super::blind_arc;
+use super::blind_arc::{self, BlindArc};
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit};
 use super::floor::{self, Scatter};
@@ -39,7 +39,7 @@ pub struct Session {
     /// The file's own numbers, with the starts that suit them.
     pub unfitted: Fit,
     /// The sensor's blind arc, where it has one.
-    arc: Option<Arc>,
+    arc: Option<ArcRead>,
     /// Noise of the current reading, A.
     sigma_current: Option<f64>,
     /// First guesses of the held-out starts.
@@ -51,10 +51,10 @@ pub struct Session {
     coarse_segments: Vec<Vec<usize>>,
 }
 
-/// A blind arc, and the runs as they were read.
-struct Arc {
-    /// Half of its width, rad.
-    half_width: f64,
+/// The runs as they were read with a blind arc.
+struct ArcRead {
+    /// Where it lies.
+    arc: BlindArc,
     /// Runs to fit on and to judge by, with the readings from the arc.
     read: [Vec<Track>; 2],
     /// What the model leaves unexplained that said which readings these are.
@@ -120,8 +120,9 @@ impl Session {
             coarse_segments: Vec::new(),
         };
         session.cut(options)?;
-        session.arc = blind_arc::half_width(robot).map(|half_width| Arc {
-            half_width,
+        let has_arc = session.fit.iter().chain(&session.held_out).any(|track| track.has_blind_arc);
+        session.arc = BlindArc::of(robot).filter(|_| has_arc).map(|arc| ArcRead {
+            arc,
             read: [session.fit.clone(), session.held_out.clone()],
             unexplained: f64::INFINITY,
         });
@@ -135,7 +136,8 @@ impl Session {
     }
 
     /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what
-    /// was read than the model that was followed before. Whether it does; the baseline is then to be settled anew.
+    /// was read than the model that was followed before, and leaves enough. Whether it does; the baseline is then to be
+    /// settled anew.
     pub fn drop_blind(&mut self, fit: &Fit, options: &Options) -> Result<bool, DiagnoseError> {
         let Some(arc) = &mut self.arc else { return Ok(false) };
         let plant = fit.plant(&self.model);
@@ -143,14 +145,24 @@ impl Session {
         let unexplained: f64 = read
             .par_iter_mut()
             .flatten()
-            .map(|track| blind_arc::drop_blind(track, &plant, self.horizon_s, arc.half_width))
+            .filter(|track| track.has_blind_arc)
+            .map(|track| blind_arc::drop_blind(track, &plant, self.horizon_s, arc.arc))
             .sum();
         if unexplained >= arc.unexplained {
             return Ok(false);
         }
-        arc.unexplained = unexplained;
-        [self.fit, self.held_out] = read;
-        self.cut(options)?;
+        let before = std::mem::replace(&mut arc.unexplained, unexplained);
+        let [fit, held_out] = read;
+        let kept = [std::mem::replace(&mut self.fit, fit), std::mem::replace(&mut self.held_out, held_out)];
+        if self.cut(options).is_err() {
+            // A model that has lost the shaft drops too much.
+            [self.fit, self.held_out] = kept;
+            if let Some(arc) = &mut self.arc {
+                arc.unexplained = before;
+            }
+            self.cut(options)?;
+            return Ok(false);
+        }
         Ok(true)
     }
 
@@ -358,12 +370,6 @@ impl Session {
     #[must_use]
     pub fn nothing_to_explain(&self, evaluation: &Evaluation) -> bool {
         evaluation.mean_square() <= self.noise * selection::NOTHING * selection::NOTHING
-    }
-
-    /// Whether a model has reached the floor.
-    #[must_use]
-    pub fn reached(&self, evaluation: &Evaluation) -> bool {
-        evaluation.mean_square() <= self.noise * selection::REACHES * selection::REACHES
     }
 
     /// Mean square noise about a judged model's rollouts, rad².

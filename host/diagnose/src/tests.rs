@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
+use robot_file::robot::Quantity;
 
 use super::*;
 use recording::{AngleReading, Drive, Recording};
@@ -14,6 +15,19 @@ use recording::{AngleReading, Drive, Recording};
 /// The bench: the robot's motor on a 5 V rail, ideal driver and sensor, no effects.
 fn bench() -> Robot {
     Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-linear.toml")).unwrap()
+}
+
+/// The bench's file with its text changed.
+fn edited(change: impl FnOnce(String) -> String) -> robot_file::edit::Document {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-linear.toml");
+    let text = change(std::fs::read_to_string(&path).unwrap());
+    robot_file::edit::Document::parse(&text, &path.display().to_string()).unwrap()
+}
+
+/// The same motor, in the robot, whose eccentric gives the load.
+fn in_the_robot(text: String) -> String {
+    let text = text.replace(", \"body\", \"backbone\", \"eccentric\", \"feet\", \"ground\"", "");
+    text.replace("inertia_kg_m2 = { value = 2.5e-7", "inertia_kg_m2 = { value = 3.03375e-7")
 }
 
 /// What a made-up rig has beside its motor.
@@ -212,7 +226,8 @@ fn the_json_has_the_keys_of_the_format_and_no_more() {
     let json = serde_json::to_value(&diagnosis).unwrap();
     let keys: Vec<&str> = json.as_object().unwrap().keys().map(String::as_str).collect();
     let mut wanted =
-        ["verdict", "causes", "noise_floor", "before", "after", "gain", "left_over", "next_experiment"].to_vec();
+        ["verdict", "causes", "models", "noise_floor", "before", "after", "gain", "left_over", "next_experiment"]
+            .to_vec();
     wanted.sort_unstable();
     let mut keys = keys;
     keys.sort_unstable();
@@ -236,8 +251,7 @@ fn threads_do_not_change_the_outcome() {
 #[test]
 fn the_extended_file_has_the_cause_and_simulates() {
     let diagnosis = diagnosed(&changed(|rig| rig.shaft.laws = coulomb(1e-4)), 3);
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-linear.toml");
-    let mut document = robot_file::edit::Document::load(&path).unwrap();
+    let mut document = edited(|text| text);
     extend(&mut document, &diagnosis, "test").unwrap();
     let robot = document.robot().unwrap();
     let quantity = |key| robot.effects.quantity("coulomb_friction", key).unwrap();
@@ -254,12 +268,7 @@ fn the_extended_file_has_the_cause_and_simulates() {
 
 #[test]
 fn a_robots_load_stays_its_eccentrics() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-linear.toml");
-    let text = std::fs::read_to_string(&path).unwrap();
-    // The same motor, in the robot.
-    let text = text.replace(", \"body\", \"backbone\", \"eccentric\", \"feet\", \"ground\"", "");
-    let text = text.replace("inertia_kg_m2 = { value = 2.5e-7", "inertia_kg_m2 = { value = 3.03375e-7");
-    let mut document = robot_file::edit::Document::parse(&text, &path.display().to_string()).unwrap();
+    let mut document = edited(in_the_robot);
     let robot = document.robot().unwrap();
     assert!(robot.eccentric.is_some());
     let (rig, runs) = (Rig::off(), Rig::off().runs(5));
@@ -273,6 +282,58 @@ fn a_robots_load_stays_its_eccentrics() {
     let truth = rig.shaft.resistance_ohm * rig.shaft.inertia_kg_m2;
     assert!((product / truth - 1.0).abs() < 0.02, "{product}, truth {truth}");
     assert!(rotor.low < rotor.value && rotor.value < rotor.high, "{rotor:?}");
+}
+
+#[test]
+fn a_rotor_never_gets_less_than_nothing() {
+    // The load alone, which the eccentric gives, is heavier than everything that turns on the rig.
+    let mut document = edited(in_the_robot);
+    let quantity = |value: f64| Quantity { value, low: 0.5 * value, high: 2.0 * value, source: "test".to_owned() };
+    document.set("motor.rotor_inertia_kg_m2", &quantity(3e-7)).unwrap();
+    let robot = document.robot().unwrap();
+    let runs = changed(|rig| rig.shaft.inertia_kg_m2 = 1.5e-7).runs(5);
+    let diagnosis = diagnose(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    extend(&mut document, &diagnosis, "test").unwrap();
+    assert!(document.robot().unwrap().motor.rotor_inertia_kg_m2.value > 0.0);
+}
+
+#[test]
+fn numbers_of_the_file_beyond_the_catalogues_bounds_stay() {
+    // The catalogue's own fits stop at 60 ms.
+    let delay = "[effects.sensor_delay]\ndelay_s = { value = 0.08, low = 0.07, high = 0.09, source = \"test\" }\n";
+    let robot = edited(|text| text + delay).robot().unwrap();
+    let runs = changed(|rig| rig.delay_samples = 80).runs(3);
+    let (_, nominal) = session::Session::open(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    let delay = nominal.value(Number::OfEffect("delay_s")).unwrap();
+    assert!((delay - 0.08).abs() < 1e-3, "{delay}");
+}
+
+#[test]
+fn an_angle_that_was_recorded_has_no_blind_arc() {
+    // A robot with a potentiometer, whose shaft something else has measured.
+    let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml")).unwrap();
+    let runs = Rig::off().runs(3);
+    let (session, _) = session::Session::open(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    let all = session.fit.iter().chain(&session.held_out);
+    assert!(all.into_iter().all(|track| track.dropped == 0 && track.weight.iter().all(|weight| *weight > 0.0)));
+}
+
+#[test]
+fn a_deadband_acts_on_the_duty_whatever_supply_was_measured() {
+    let law = DriverDeadband { width_duty: 0.06 };
+    let mut runs = changed(|rig| rig.shaft.laws.driver_deadband = Some(law)).runs(3);
+    // The measured supply is half of the file's.
+    for run in &mut runs {
+        run.supply_v = vec![5.0; run.t_s.len()];
+    }
+    let mut robot = bench();
+    robot.supply.rail_v.value = 10.0;
+    let diagnosis = diagnose(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    let [width, ..] = diagnosis.causes[0].parameters["width_duty"];
+    assert!((width / 0.06 - 1.0).abs() < 0.1, "{width}");
+    let torque_constant =
+        diagnosis.detail.extended.iter().find(|one| one.path.contains("torque_constant")).unwrap().value;
+    assert!((torque_constant / Rig::off().shaft.torque_constant - 1.0).abs() < 0.02, "{torque_constant}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use robot_file::angle_code::{AdcCurve, Track as Element, angle_scale, corrected_
 use robot_file::robot::{Potentiometer, Robot, Sensor};
 
 use super::DiagnoseError;
-use super::blind_arc::drop_jumps;
+use super::blind_arc::{MARGIN, drop_jumps};
 use recording::{AngleReading, Drive, Recording};
 
 /// A rollout needs at least this many readings.
@@ -25,14 +25,18 @@ pub struct Track {
     pub angle: Vec<f64>,
     /// Weight of each reading in fits and judgements: 0 where missing or a spike, else 1.
     pub weight: Vec<f64>,
-    /// What the bridge's switches do from this sample to the next: duty; or V where `drive_is_volts`.
+    /// What the bridge's switches do from this sample to the next: duty; or V where `terminals_measured`.
     pub drive: Vec<f64>,
     /// Largest size of `drive`.
     pub drive_scale: f64,
-    /// `drive` is a voltage: measured at the terminals, or duty times the measured supply.
-    pub drive_is_volts: bool,
-    /// The bridge's drop, deadband and sag lie before the point where the voltage was measured.
+    /// The voltage was measured at the terminals: the bridge's drop, deadband and sag lie before that point.
     pub terminals_measured: bool,
+    /// Supply measured, V; empty without a column and where the terminals were measured.
+    pub supply_v: Vec<f64>,
+    /// The angle was read as a potentiometer's code, so that its blind arc is in it.
+    pub has_blind_arc: bool,
+    /// Readings dropped because they are from the sensor's blind arc.
+    pub dropped: usize,
     /// Integral of `drive` up to each sample.
     pub drive_integral: Vec<f64>,
     /// Whether the bridge drives from this sample to the next.
@@ -93,8 +97,17 @@ impl Track {
         };
         let mut angle =
             readings(robot, &recording.angle).map_err(|problem| bad(problem, "use the robot file of this rig"))?;
-        if matches!(recording.angle, AngleReading::Adc(_)) && angle.len() == n {
-            drop_jumps(&mut angle, &recording.t_s, no_load_speed(robot));
+        let potentiometer = match &robot.sensor {
+            Sensor::Potentiometer(sensor) if matches!(recording.angle, AngleReading::Adc(_)) => Some(sensor),
+            _ => None,
+        };
+        let mut dropped = 0;
+        if let Some(sensor) = potentiometer
+            && angle.len() == n
+        {
+            let read = angle.iter().flatten().count();
+            drop_jumps(&mut angle, &recording.t_s, no_load_speed(robot), deviation(sensor));
+            dropped = read - angle.iter().flatten().count();
         }
         let with_supply = !terminals_measured && recording.supply_v.len() == n;
         let lengths = [command.len(), angle.len(), recording.enable.len()];
@@ -114,9 +127,7 @@ impl Track {
         let drive: Vec<f64> = if terminals_measured {
             command.clone()
         } else {
-            let switched = command.iter().map(|duty| driver.switched(*duty));
-            let supply = recording.supply_v.iter().copied().filter(|_| with_supply).chain(std::iter::repeat(1.0));
-            switched.zip(supply).map(|(duty, supply)| duty * supply).collect()
+            command.iter().map(|duty| driver.switched(*duty)).collect()
         };
         let mut drive_integral = vec![0.0; n];
         for i in 1..n {
@@ -129,8 +140,10 @@ impl Track {
             angle: unwrapped(&angle),
             drive_scale: drive.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
             drive,
-            drive_is_volts: terminals_measured || with_supply,
             terminals_measured,
+            supply_v: if with_supply { recording.supply_v.clone() } else { Vec::new() },
+            has_blind_arc: potentiometer.is_some(),
+            dropped,
             drive_integral,
             enable: recording.enable.clone(),
             current: if current.len() == n { current } else { Vec::new() },
@@ -270,22 +283,27 @@ fn readings(robot: &Robot, column: &AngleReading) -> Result<Vec<Option<f64>>, St
     }
 }
 
-/// Margin kept to the codes that the converter's ends and the blind arc's unsure edges produce, rad.
-const EDGE: f64 = 0.1;
+/// Standard deviation of what a potentiometer shows at rest, rad, its steps included: at most, as its median of several
+/// conversions scatters less.
+fn deviation(sensor: &Potentiometer) -> f64 {
+    let adc = &sensor.adc;
+    let per_code = adc.full_scale_v.value / adc.bits.value.exp2() * Element::new(sensor).angle_per_v();
+    per_code * (1.0 + adc.noise_lsb.value)
+}
 
 /// Shaft angle that a code stands for, rad; `None` where the code may come from the blind arc.
 fn angle_of_code(sensor: &Potentiometer, code: u16) -> Option<f64> {
     if let Some(correction) = &sensor.correction {
         let angle = corrected_angle(correction, &AdcCurve::new(&sensor.adc), f64::from(code));
         let wrapped = wrap(angle);
-        let blind = wrapped > correction.blind_from_deg.to_radians() - EDGE
-            && wrapped < correction.blind_to_deg.to_radians() + EDGE;
+        let blind = wrapped > correction.blind_from_deg.to_radians() - MARGIN
+            && wrapped < correction.blind_to_deg.to_radians() + MARGIN;
         return (!blind).then_some(angle);
     }
     let curve = AdcCurve::new(&sensor.adc);
     let element = Element::new(sensor);
     let volts = curve.voltage(f64::from(code));
-    let margin = EDGE / element.angle_per_v();
+    let margin = MARGIN / element.angle_per_v();
     let usable =
         volts > curve.zero_below_v.max(0.0) + margin && volts < curve.saturates_v.min(element.supply_v) - margin;
     usable.then(|| wrap(element.angle(volts)))

@@ -76,6 +76,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// What the model lacks; empty when nothing does or nothing is known.
     pub causes: Vec<Cause>,
+    /// Every model that these runs cannot tell from the one that `causes` names, by its effects; that one first. Empty
+    /// without a cause.
+    pub models: Vec<Vec<String>>,
     /// Noise of the angle reading, estimated without any motor model, rad RMS.
     pub noise_floor: f64,
     /// Held-out free-rollout RMSE of the file's model with refitted numbers, rad.
@@ -146,6 +149,8 @@ pub struct RunUse {
     pub used: usize,
     /// Samples without a reading (blind arc, empty cells).
     pub missing: usize,
+    /// Of these, readings that were dropped because they are from the potentiometer's blind arc.
+    pub blind: usize,
     /// Readings left out as spikes.
     pub spikes: usize,
     /// Rollouts cut from it.

@@ -3,7 +3,7 @@
 use effects::{Id, Scale};
 
 use super::search::Candidate;
-use super::selection::{REACHES, Selection};
+use super::selection::Selection;
 use super::verdict::{Diagnosis, Verdict};
 
 /// What speaks for and against a model.
@@ -18,7 +18,7 @@ pub fn evidence(selection: &Selection, model: &Candidate, named: Option<&Candida
         against
             .push(format!("removes {value:.1} % ({low:.1} to {high:.1}) of the held-out error: nothing to speak of"));
     }
-    if ratio <= REACHES {
+    if selection.reaches(model) {
         speaks_for.push(format!("reaches the noise floor ({ratio:.2} times)"));
     } else {
         against.push(format!("leaves {ratio:.2} times the noise floor"));
@@ -80,6 +80,11 @@ fn telling_apart(class: &[Id]) -> &'static str {
     )
 }
 
+/// Models by their effects, one after the other.
+fn models(models: &[Vec<String>]) -> String {
+    models.iter().map(|effects| effects.join(" and ")).collect::<Vec<_>>().join("; ")
+}
+
 /// The verdict in a few plain sentences.
 #[must_use]
 pub fn summary(diagnosis: &Diagnosis) -> Vec<String> {
@@ -109,7 +114,9 @@ pub fn summary(diagnosis: &Diagnosis) -> Vec<String> {
             format!("The model lacks {causes}; with it the error is {:.3}°.", degrees(diagnosis.after))
         }
         Verdict::Ambiguous => format!(
-            "The model lacks one of these, which these runs cannot tell apart: {causes}. With it the error is {:.3}°.",
+            "The model lacks one of these, which these runs cannot tell apart: {}. With {} the error is {:.3}°.",
+            models(&diagnosis.models),
+            diagnosis.models.first().map_or_else(String::new, |model| model.join(" and ")),
             degrees(diagnosis.after)
         ),
         Verdict::Unexplained if causes.is_empty() => {

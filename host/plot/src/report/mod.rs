@@ -270,13 +270,14 @@ fn data_used(diagnosis: &Diagnosis) -> String {
     let row = |run: &RunUse| {
         format!(
             "<tr><td>{}</td><td>{}</td><td class=\"n\">{} s</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
-             <td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+             <td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
             escape(&run.name),
             if run.held_out { "held out" } else { "fitted" },
             three(run.seconds),
             run.samples,
             run.used,
             run.missing,
+            run.blind,
             run.spikes,
             run.rollouts
         )
@@ -292,8 +293,8 @@ fn data_used(diagnosis: &Diagnosis) -> String {
     }
     format!(
         "<section><h2>Data used</h2><div class=\"scroll\"><table><thead><tr><th>run</th><th></th><th class=\"n\">length</th>\
-         <th class=\"n\">samples</th><th class=\"n\">used</th><th class=\"n\">no reading</th><th class=\"n\">spikes left out</th>\
-         <th class=\"n\">rollouts</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
+         <th class=\"n\">samples</th><th class=\"n\">used</th><th class=\"n\">no reading</th>\
+         <th class=\"n\">of these in the blind arc</th><th class=\"n\">spikes left out</th><th class=\"n\">rollouts</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
     )
 }
 

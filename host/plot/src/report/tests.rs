@@ -99,6 +99,11 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
         Verdict::Unexplained => vec![cause("gravity_tilt", &[])],
     };
     let named: Vec<String> = causes.iter().map(|cause| cause.effect.clone()).collect();
+    let models = causes
+        .iter()
+        .flat_map(|cause| std::iter::once(&cause.effect).chain(&cause.also))
+        .map(|name| vec![name.clone()])
+        .collect();
     let mut candidates = vec![candidate(&[], before, before, false)];
     let others = [
         "stribeck_friction",
@@ -136,6 +141,7 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
         samples: 8000,
         used: 6534,
         missing: 1440,
+        blind: 310,
         spikes: 26,
         rollouts: 80,
     };
@@ -150,6 +156,7 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
     Diagnosis {
         verdict,
         causes,
+        models,
         noise_floor: FLOOR,
         before: before * FLOOR,
         after: after * FLOOR,

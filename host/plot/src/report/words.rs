@@ -130,7 +130,10 @@ pub(super) fn headline(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Explained => format!("{names} {verb} {share} % of what the simulation gets wrong."),
         Verdict::Ambiguous => {
-            format!("{names} {verb} {share} % of what the simulation gets wrong; these runs cannot tell which.")
+            let model =
+                |effects: &Vec<String>| join(&effects.iter().map(|name| effect(name).0).collect::<Vec<_>>(), "and");
+            let models = sentence(&join(&diagnosis.models.iter().map(model).collect::<Vec<_>>(), "or"));
+            format!("{models} {verb} {share} % of what the simulation gets wrong; these runs cannot tell which.")
         }
         Verdict::Unexplained if names.is_empty() => {
             "The simulation misses something that no known effect explains.".into()

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use diagnose::{Diagnosis, Options, Progress, diagnose, extend};
+use diagnose::{Diagnosis, Options, Progress, Verdict, diagnose, extend};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use plot::report::{About, html};
@@ -51,7 +51,8 @@ pub struct Diagnose {
 /// What a diagnosis wrote.
 struct Files {
     page: PathBuf,
-    robot: PathBuf,
+    /// Missing where the robot file cannot hold what was fitted.
+    robot: Option<PathBuf>,
     json: PathBuf,
 }
 
@@ -66,34 +67,57 @@ impl Diagnose {
         let options = Options { seed: common.seed, progress: Some(progress()), ..Options::default() };
         let diagnosis = diagnose(&robot, &fit, &held_out, &options).map_err(Report::from)?;
 
-        let extended = self.extended(&diagnosis)?;
-        let files = DIAGNOSED.fill(&common.out, self.overwrite, |out| self.save(&robot, &diagnosis, &extended, out))?;
-        let written = format!("written: {}, {}, {}", files.page.display(), files.robot.display(), files.json.display());
-        if common.json {
+        // A number that the robot file refuses must not cost the report.
+        let extended = self.extended(&diagnosis);
+        let model = extended.as_ref().ok();
+        let files = DIAGNOSED.fill(&common.out, self.overwrite, |out| self.save(&robot, &diagnosis, model, out))?;
+        self.tell(&robot, &diagnosis, &files)?;
+        extended?;
+        Ok(())
+    }
+
+    /// Prints the diagnosis and where it was written.
+    fn tell(&self, robot: &Robot, diagnosis: &Diagnosis, files: &Files) -> Done {
+        let paths = [Some(&files.page), files.robot.as_ref(), Some(&files.json)];
+        let paths: Vec<String> = paths.into_iter().flatten().map(|path| path.display().to_string()).collect();
+        let written = format!("written: {}", paths.join(", "));
+        if self.common.json {
             say(&written);
-            print_json(&diagnosis)?;
+            print_json(diagnosis)?;
             return Ok(());
         }
         for line in &diagnosis.detail.summary {
             print(line);
         }
-        print(&table::facts(facts(&diagnosis)));
+        print(&table::facts(facts(diagnosis)));
         print(&written);
-        if robot.controller.is_some() {
-            print(&format!("try it: scram sim --robot {}", files.robot.display()));
+        if let (Some(file), true) = (&files.robot, robot.controller.is_some()) {
+            print(&format!("try it: scram sim --robot {}", file.display()));
         }
         Ok(())
     }
 
-    fn save(&self, robot: &Robot, diagnosis: &Diagnosis, extended: &Document, out: &Path) -> Result<Files, Report> {
-        let files = Files { page: out.join("report.html"), robot: out.join(ROBOT), json: out.join("diagnosis.json") };
+    fn save(
+        &self,
+        robot: &Robot,
+        diagnosis: &Diagnosis,
+        extended: Option<&Document>,
+        out: &Path,
+    ) -> Result<Files, Report> {
+        let files = Files {
+            page: out.join("report.html"),
+            robot: extended.map(|_| out.join(ROBOT)),
+            json: out.join("diagnosis.json"),
+        };
         let about = About {
             robot: robot.name.clone(),
             robot_file: self.common.robot.display().to_string(),
-            extended_file: Some(files.robot.display().to_string()),
+            extended_file: files.robot.as_ref().map(|file| file.display().to_string()),
         };
         // First what can be refused, so that no report speaks of a model that was not written.
-        self.common.save(extended, &files.robot)?;
+        if let (Some(extended), Some(file)) = (extended, &files.robot) {
+            self.common.save(extended, file)?;
+        }
         write(&files.page, &html(diagnosis, &about))?;
         let json = serde_json::to_string_pretty(diagnosis).map_err(|e| miette!("diagnosis.json: {e}"))?;
         write(&files.json, &(json + "\n"))?;
@@ -229,10 +253,13 @@ fn facts(d: &Diagnosis) -> Vec<(&'static str, String)> {
     let mut rows = vec![("verdict", d.verdict.word().to_owned())];
     for cause in &d.causes {
         let mut text = cause.effect.clone();
-        if !cause.also.is_empty() {
+        if !cause.also.is_empty() && d.verdict != Verdict::Ambiguous {
             text += &format!(" (or {})", cause.also.join(", "));
         }
         rows.push(("cause", text));
+    }
+    if d.verdict == Verdict::Ambiguous {
+        rows.extend(d.models[1..].iter().map(|model| ("or", model.join(" and "))));
     }
     rows.push(("held-out rollout error, before", floor(d.before)));
     rows.push(("held-out rollout error, after", floor(d.after)));
