@@ -51,9 +51,12 @@ mod floor;
 pub mod identify;
 mod map;
 mod model;
+mod motion;
 mod nominal;
 mod numbers;
+mod probe;
 mod rollout;
+mod screen;
 mod search;
 mod selection;
 mod session;
@@ -75,14 +78,15 @@ use robot_file::robot::Robot;
 use fit::Fit;
 use numbers::Number;
 use recording::Recording;
+use screen::Screen;
 use search::Candidate;
 use selection::{Decision, Selection, reaches};
 use session::Session;
 
 pub use extend::extend;
 pub use verdict::{
-    CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Misfit, MisfitBin, MisfitCurve,
-    RolloutError, RolloutTrace, RunUse, TraceSample, Verdict,
+    CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,
+    MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample, Verdict,
 };
 
 /// Is told what is being done (a word or two) and the share done, 0 … 1.
@@ -190,11 +194,17 @@ pub fn diagnose(
                 tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
             })
         };
-        let mut candidates = try_singles(&session, &baseline, 0);
+        let screen = |session: &Session, baseline: &Candidate| {
+            Screen::new(&session.model, &session.data(), &baseline.fit, &effects, options.seed)
+        };
+        let mut screened = screen(&session, &baseline);
+        let mut candidates = Vec::new();
+        if screened.alarm() {
+            candidates = try_singles(&session, &baseline, 0);
+        }
         for pass in 1..PASSES {
             // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
-            let open = !session.nothing_to_explain(&baseline.evaluation);
-            let best = best(&candidates).filter(|best| open && !reaches(session.noise, &baseline, best));
+            let best = best(&candidates).filter(|best| !reaches(session.noise, &baseline, best));
             let Some(best) = best else { break };
             if !session.drop_blind(&best.fit, options)? {
                 break;
@@ -202,26 +212,44 @@ pub fn diagnose(
             let fit = session.settle(&baseline.fit);
             baseline = judged(&mut session, fit);
             refuse_wrong_rig(robot, &session, &baseline)?;
-            candidates = try_singles(&session, &baseline, pass);
+            screened = screen(&session, &baseline);
+            candidates = if screened.alarm() { try_singles(&session, &baseline, pass) } else { Vec::new() };
         }
         refine_floor(&mut session, &candidates);
         let bootstrap = bootstrap::Bootstrap::new(baseline.evaluation.errors.len(), options.seed);
-        let mut decision =
-            Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
-                .decide();
+        let decide = |session: &Session, candidates: &[Candidate]| {
+            Selection { noise: session.noise, baseline: &baseline, candidates, bootstrap: &bootstrap }
+                .decide(screened.alarm())
+        };
+        let mut decision = decide(&session, &candidates);
         if decision.verdict == Verdict::Unexplained {
             tell("fitting pairs of effects", 0.7);
             candidates.extend(search::pairs(&session, &candidates));
             search::apart(&session, &baseline, &mut candidates);
             refine_floor(&mut session, &candidates);
-            decision =
-                Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
-                    .decide();
+            decision = decide(&session, &candidates);
+        }
+        let mut rest = decision.named().map(|named| screen(&session, &candidates[named]));
+        if let (Some(named), Some(left)) = (decision.named(), &rest)
+            && candidates[named].effects.len() == 1
+            && decision.verdict != Verdict::Unexplained
+        {
+            tell("fitting second effects", 0.85);
+            candidates.extend(search::beside(&session, &candidates[named], &left.effects()));
+            // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
+            search::apart(&session, &baseline, &mut candidates);
+            decision = decide(&session, &candidates);
+            let selection =
+                Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
+            if let Some(pair) = selection.with_second(&decision) {
+                rest = pair.named().map(|named| screen(&session, &candidates[named]));
+                decision = pair;
+            }
         }
         tell("writing down", 0.97);
         let selection =
             Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
-        let diagnosis = write_down(robot, &session, &selection, &decision);
+        let diagnosis = write_down(robot, &session, &selection, &decision, rest.as_ref().unwrap_or(&screened));
         tell("done", 1.0);
         Ok(diagnosis)
     })
@@ -298,7 +326,13 @@ fn refine_floor(session: &mut Session, candidates: &[Candidate]) {
     }
 }
 
-fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision: &Decision) -> Diagnosis {
+fn write_down(
+    robot: &Robot,
+    session: &Session,
+    selection: &Selection,
+    decision: &Decision,
+    screened: &Screen,
+) -> Diagnosis {
     let named = decision.named().map(|index| &selection.candidates[index]);
     let also = decision.also(selection.candidates);
     let after = named.unwrap_or(selection.baseline);
@@ -313,7 +347,7 @@ fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision:
             parameters: values::of_effect(&extended, *effect),
         })
         .collect();
-    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after);
+    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, screened.follows());
     let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
     let mut class: Vec<Id> = also.iter().flatten().copied().collect();
     class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
@@ -331,6 +365,7 @@ fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision:
         gain,
         next_experiment: words::next_experiment(&class, left_over.as_ref().map(|left| left.coordinate.as_str())),
         left_over,
+        limits: values::limits(&session.model, screened, &after.effects),
         detail: Detail {
             horizon_s: session.horizon_s,
             held_out_rollouts: selection.baseline.evaluation.errors.len(),

@@ -157,6 +157,20 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
         verdict,
         causes,
         models,
+        limits: vec![
+            Limit {
+                effect: "driver_deadband".into(),
+                at_most: [("width_duty".to_owned(), Some(0.0031))].into(),
+                chance: 0.4,
+                would_show: true,
+            },
+            Limit {
+                effect: "battery_sag".into(),
+                at_most: [("resistance_ohm".to_owned(), None)].into(),
+                chance: 1.0,
+                would_show: false,
+            },
+        ],
         noise_floor: FLOOR,
         before: before * FLOOR,
         after: after * FLOOR,
