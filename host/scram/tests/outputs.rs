@@ -140,10 +140,9 @@ fn a_recording_that_does_not_fit_says_that_the_disk_is_full() {
 /// Of one pipe for stdout and stderr: how much is read before nobody reads any more.
 const READ: [usize; 2] = [0, 1];
 
-/// Runs words with stdout and stderr in one pipe that is closed after some bytes: the exit code, and what was read.
-fn cut_off(directory: &Path, words: &str, bytes: usize) -> (Option<i32>, String) {
+/// Runs a command with stdout and stderr in one pipe that is closed after some bytes: the exit code, and what was read.
+fn cut_off(mut command: Command, bytes: usize) -> (Option<i32>, String) {
     let (mut reader, writer) = std::io::pipe().unwrap();
-    let mut command = command(directory, words);
     command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
     if bytes == 0 {
         drop(reader);
@@ -160,14 +159,14 @@ fn cut_off(directory: &Path, words: &str, bytes: usize) -> (Option<i32>, String)
 
 /// [`READ`] bytes of both, and stdout alone closed with every word on stderr read.
 #[track_caller]
-fn ends_quietly(directory: &Path, words: &str) {
+fn ends_quietly(words: &str, command: impl Fn(&str) -> Command) {
     for bytes in READ {
-        let (code, read) = cut_off(directory, words, bytes);
+        let (code, read) = cut_off(command(words), bytes);
         assert_eq!(code, Some(0), "{words}, after {bytes} bytes: {read}");
     }
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let output = command(directory, words).stdout(writer).stderr(Stdio::piped()).output().unwrap();
+    let output = command(words).stdout(writer).stderr(Stdio::piped()).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{words}: {message}");
     assert!(!message.contains("panicked") && !message.contains("roken pipe"), "{words}: {message}");
@@ -193,13 +192,30 @@ fn a_reader_that_goes_away_ends_nothing_with_a_panic() {
         DIAGNOSE,
         &format!("{DIAGNOSE} --json"),
     ] {
-        ends_quietly(directory.path(), words);
+        ends_quietly(words, |words| command(directory.path(), words));
     }
     // What was refused says so to nobody, and its exit code still says it.
     for bytes in READ {
-        assert_eq!(cut_off(directory.path(), "sim --robot missing.toml", bytes).0, Some(1));
-        assert_eq!(cut_off(directory.path(), "sim --no-such-word", bytes).0, Some(2));
+        assert_eq!(cut_off(command(directory.path(), "sim --robot missing.toml"), bytes).0, Some(1));
+        assert_eq!(cut_off(command(directory.path(), "sim --no-such-word"), bytes).0, Some(2));
     }
+}
+
+/// Cargo says what it builds on the same pipe.
+#[test]
+fn a_reader_that_goes_away_does_not_end_the_build_for_qemu() {
+    if common::pil::program().is_none() {
+        return;
+    }
+    let directory = temporary();
+    let out = directory.path().join("out");
+    // The program is built in the project's root. Though nothing is left to build, a line a crate is said about it.
+    ends_quietly(&format!("hil --qemu --bench --seconds 0.2 --overwrite --out {}", out.display()), |words| {
+        let mut command = command(&common::root(), words);
+        command.env("CARGO_TERM_VERBOSE", "true");
+        command
+    });
+    assert!(out.join("run.mcap").is_file());
 }
 
 #[test]
