@@ -88,24 +88,27 @@ fn standard_output_is_written_on_whatever_it_is() {
 }
 
 #[test]
-fn a_full_disk_names_the_file_and_takes_nothing_away() {
+fn a_file_that_does_not_fit_is_named_and_takes_nothing_away() {
     let directory = temporary();
     succeeds(directory.path(), &format!("{SIM} --view page.html --out out"));
     succeeds(directory.path(), &format!("{EXPORT} -o robot.xml"));
     let before = (files(directory.path()), files(&directory.path().join("out")));
-    // A limit on the size of files stands for a full disk; ignored, its signal is an error of the write.
+    // A limit on the size of files: ignored, its signal is an error of the write.
     let full = "trap '' XFSZ; ulimit -f 4; exec \"$@\"";
     let says = [
-        (format!("{EXPORT} -o robot.xml"), "robot.xml cannot be written"),
+        (format!("{EXPORT} -o robot.xml"), "robot.xml"),
         (format!("{SIM} --seed 2 --out out --overwrite"), "out/run.mcap"),
         (format!("{SIM} --out new"), "new/run.mcap"),
+        (format!("{SIM} --bench --out new"), "new/run.mcap"),
         (SIM.to_owned(), "out/run-0001/run.mcap"),
     ];
     for (words, named) in says {
         let output = shell(directory.path(), full, &words);
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{words}: {message}");
-        assert!(message.contains(named), "{words}: {message}");
+        let named = format!("{named}: the file is larger than it may be here: nothing of it is kept");
+        assert!(message.contains(&named) && message.contains("ulimit -f"), "{words}: {message}");
+        assert!(!message.contains("check the name"), "{words}: {message}");
     }
     assert_eq!(files(directory.path()), before.0);
     assert!(files(&directory.path().join("out")) == before.1, "nothing is lost, and no temporary file is left");
@@ -122,19 +125,25 @@ fn a_recording_that_does_not_fit_says_that_the_disk_is_full() {
     let directory = temporary();
     let tiny = directory.path().join("tiny");
     fs::create_dir(&tiny).unwrap();
-    let Some(mut command) = common::command::on_a_disk_of(&tiny, "64k", "\"$@\"; code=$?; ls \"$TINY\"; exit $code")
-    else {
-        testbed::peers::skip_anywhere("this user may not mount a file system of his own");
-        return;
-    };
-    command.arg(assert_cmd::cargo::cargo_bin!("scram")).args(["sim", "--bench", "--robot"]);
-    let output = command.arg(common::robot_file()).arg("--out").arg(&tiny).output().unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    for part in ["tiny/run.mcap: the disk is full: nothing of it is kept", "make room on the disk"] {
-        assert!(message.contains(part), "`{message}` does not say `{part}`");
+    // Full at the beginning of the first file, in its midst, and at a later file.
+    for (size, file) in [("4k", "run.mcap"), ("64k", "run.mcap"), ("360k", ".svg")] {
+        let script = "\"$@\"; code=$?; ls \"$TINY\"; exit $code";
+        let Some(mut command) = common::command::on_a_disk_of(&tiny, size, script) else {
+            testbed::peers::skip_anywhere("this user may not mount a file system of his own");
+            return;
+        };
+        command.arg(assert_cmd::cargo::cargo_bin!("scram")).args(["sim", "--bench", "--seconds", "0.3", "--robot"]);
+        let output = command.arg(common::robot_file()).arg("--out").arg(&tiny).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{size}: {message}");
+        for part in [&format!("{file}: the disk is full: nothing of it is kept"), "make room on the disk"] {
+            assert!(message.contains(part), "{size}: `{message}` does not say `{part}`");
+        }
+        assert!(!message.contains("permissions"), "{size}: {message}");
+        let left = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(left.is_empty(), file == "run.mcap", "{size}: no more than the files before it is left: {left}");
+        assert!(!left.contains(".part"), "{size}: {left}");
     }
-    assert_eq!(String::from_utf8_lossy(&output.stdout), "", "nothing is left in it");
 }
 
 /// Of one pipe for stdout and stderr: how much is read before nobody reads any more.
