@@ -227,6 +227,37 @@ fn a_reader_that_goes_away_does_not_end_the_build_for_qemu() {
     assert!(out.join("run.mcap").is_file());
 }
 
+/// Pictures are passed on without what was beside them.
+#[test]
+fn every_picture_says_what_it_shows() {
+    let directory = temporary();
+    let titled = |folder: &str, title: &str| {
+        let (mut pictures, folder) = (0, directory.path().join(folder));
+        for (name, bytes) in files(&folder).into_iter().filter(|(name, _)| name.ends_with(".svg")) {
+            let text = String::from_utf8(bytes).unwrap();
+            let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let mut titles = document.root_element().children().filter(|node| node.has_tag_name("title"));
+            assert_eq!(titles.next().and_then(|node| node.text()), Some(title), "{name}");
+            pictures += 1;
+        }
+        assert!(pictures > 0, "{}", folder.display());
+    };
+    succeeds(directory.path(), &format!("{SIM} --set motor.resistance_ohm=16 --faults stall@0.2 --seed 4 --out walk"));
+    titled("walk", "scram-26, freq:7 for 0.3 s, seed 4, motor.resistance_ohm=16, stall@0.2, on the ground, α 60°");
+    succeeds(directory.path(), &format!("{TURNING} --out turning"));
+    titled("turning", "scram-26, duty:1 for 2.5 s, seed 1, the motor alone");
+    succeeds(directory.path(), &format!("{IDENTIFY} --out found"));
+    titled("found", "scram-26, turning/run.mcap");
+    succeeds(directory.path(), "replay walk/run.csv --robot @/robots/motor-136.toml --out again");
+    titled("again", "walk/run.csv: scram-26, freq:7, seed 4");
+    succeeds(directory.path(), "replay walk/run.mcap --robot @/robot.toml --out compared");
+    let comparison = fs::read_to_string(directory.path().join("compared/replay-comparison.svg")).unwrap();
+    assert!(comparison.contains("walk/run.mcap: scram-26, freq:7, seed 4; decided again with "), "{comparison}");
+    let sweep = "sweep --robot @/robot.toml --drive ideal --repeats 2 --seconds 0.2 --axis f=-8,8 --out sweep";
+    succeeds(directory.path(), sweep);
+    titled("sweep", "scram-26, ideal shaft, 2 runs of 0.2 s each, seeds 1 … 2");
+}
+
 #[test]
 fn what_was_found_in_a_recording_is_written_over_only_on_request() {
     let directory = temporary();

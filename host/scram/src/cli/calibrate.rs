@@ -188,7 +188,8 @@ impl Calibrate {
         robot: &Robot,
     ) -> Done {
         let files = CALIBRATED.fill(&self.common.out, self.overwrite, |out| {
-            let mut files = identify::save(&self.common, fit, out)?.to_vec();
+            let title = format!("{} at {}, run.mcap", robot.name, link::address(&address));
+            let mut files = identify::save(&self.common, fit, &title, out)?.to_vec();
             files.extend(save(out, "run", recording, recorder, address, robot)?);
             CALIBRATED.warn_older(out, &files);
             Ok(files)

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use miette::Report;
-use scram::replay::{Findings, Quantity, replay};
+use plot::under_title;
+use scram::replay::{COMPARISON, Findings, Quantity, replay};
 use serde::Serialize;
 
 use super::run_directory::REPLAYED;
@@ -59,7 +60,7 @@ impl Replay {
             let mut files = Vec::new();
             for (name, svg) in &pictures {
                 files.push(out.join(format!("{name}.svg")));
-                write(&out.join(format!("{name}.svg")), svg)?;
+                write(&out.join(format!("{name}.svg")), &under_title(&self.title(name, &seen.recorded), svg))?;
             }
             // Of an earlier replay: a comparison, where this one compares nothing.
             REPLAYED.warn_older(out, &files);
@@ -72,6 +73,18 @@ impl Replay {
         self.tell(findings);
         print(&format!("written: {}", listed(&files)));
         Ok(())
+    }
+
+    /// Over a picture: the file and what it recorded, and of the comparison whose controller decided again.
+    fn title(&self, picture: &str, recorded: &str) -> String {
+        let mut title = self.run.display().to_string();
+        if !recorded.is_empty() {
+            title += &format!(": {recorded}");
+        }
+        if picture == COMPARISON {
+            title += &format!("; decided again with {}", self.common.robot.display());
+        }
+        title
     }
 
     fn tell(&self, findings: &Findings) {

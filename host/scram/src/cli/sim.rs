@@ -196,9 +196,14 @@ impl Run {
         Ok(())
     }
 
-    /// "scram-26, freq:7 for 2 s, seed 1", and whether and how it stands on the ground.
+    /// "scram-26, freq:7 for 2 s, seed 1", what is set and what breaks, and whether and how it stands on the ground.
     fn title(&self, robot: &robot_file::Robot, plan: &Plan, ran: &Ran) -> String {
-        let what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
+        let mut what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
+        let broken = self.faults.split(',').map(|fault| fault.trim().to_owned()).filter(|fault| !fault.is_empty());
+        for other in self.settings.words().chain(broken) {
+            what += ", ";
+            what += &other;
+        }
         let place = ran.walk.as_ref().map_or_else(|| "the motor alone".to_owned(), |walk| walk::place(walk, robot));
         format!("{what}, {place}")
     }
