@@ -39,7 +39,8 @@ pub fn html(diagnosis: &Diagnosis, about: &About) -> String {
          <style>{COLOURS}{STYLE}{PAGE_STYLE}</style></head><body><main>\
          <header><span class=\"badge {tone}\">{badge}</span> <span class=\"soft\">Diagnosis of {robot}</span>\
          <h1>{}</h1><p>{}</p></header>",
-        escape(&headline),
+        // A number and its sign stay on one line.
+        escape(&headline.replace(" %", "\u{a0}%")),
         escape(&words::lead(diagnosis)),
         robot = escape(&about.robot),
     );

@@ -243,7 +243,7 @@ fn every_verdict_is_one_well_formed_file_with_its_numbers() {
         let document = parse(&page);
         let text: String = document.descendants().filter_map(|node| node.text()).collect::<Vec<_>>().join(" ");
         let mut wanted = vec![degrees(diagnosis.noise_floor), degrees(diagnosis.before), degrees(diagnosis.after)];
-        wanted.push(words::headline(&diagnosis));
+        wanted.push(words::headline(&diagnosis).replace(" %", "\u{a0}%"));
         wanted.extend(diagnosis.next_experiment.clone());
         if !diagnosis.causes.is_empty() {
             wanted.push(format!("{} %", percent(diagnosis.gain.percent_of_excess_removed)));
