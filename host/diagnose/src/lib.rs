@@ -49,6 +49,7 @@ mod extend;
 mod fit;
 mod floor;
 pub mod identify;
+mod inquiry;
 mod map;
 mod model;
 mod motion;
@@ -70,17 +71,15 @@ mod measured;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use effects::Id;
 use robot_file::robot::Robot;
 
 use fit::Fit;
+use inquiry::{Found, Inquiry};
 use numbers::Number;
 use recording::Recording;
-use screen::Screen;
 use search::Candidate;
-use selection::{Decision, Selection, reaches};
+use selection::{Decision, Selection};
 use session::Session;
 
 pub use extend::extend;
@@ -164,9 +163,6 @@ const HOPELESS: (f64, f64) = (100.0, 0.35);
 /// The same where the fit drives two of R, K and J to five times or a fifth of what the file says.
 const IMPLAUSIBLE: f64 = 20.0;
 
-/// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
-const PASSES: usize = 3;
-
 /// Compares a robot file with recordings and says what the model lacks.
 ///
 /// # Errors
@@ -178,79 +174,13 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, DiagnoseError> {
     in_pool(options, || {
-        let tell = |what: &str, share: f64| {
-            if let Some(progress) = &options.progress {
-                progress(what, share);
-            }
-        };
-        tell("refitting the model's numbers", 0.0);
-        let (mut session, mut baseline) = open(robot, fit, held_out, options)?;
-        let effects = search::candidates(&session, robot);
-        let try_singles = |session: &Session, baseline: &Candidate, pass: usize| {
-            let done = AtomicUsize::new(0);
-            search::singles(session, baseline, &effects, &|| {
-                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                let passes = pass as f64 + done as f64 / effects.len() as f64;
-                tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
-            })
-        };
-        let screen = |session: &Session, baseline: &Candidate| {
-            Screen::new(&session.model, &session.data(), &baseline.fit, &effects, options.seed)
-        };
-        let mut screened = screen(&session, &baseline);
-        let mut candidates = Vec::new();
-        if screened.alarm() {
-            candidates = try_singles(&session, &baseline, 0);
-        }
-        for pass in 1..PASSES {
-            // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
-            let best = best(&candidates).filter(|best| !reaches(session.noise, &baseline, best));
-            let Some(best) = best else { break };
-            if !session.drop_blind(&best.fit, options)? {
-                break;
-            }
-            let fit = session.settle(&baseline.fit);
-            baseline = judged(&mut session, fit);
-            refuse_wrong_rig(robot, &session, &baseline)?;
-            screened = screen(&session, &baseline);
-            candidates = if screened.alarm() { try_singles(&session, &baseline, pass) } else { Vec::new() };
-        }
-        refine_floor(&mut session, &candidates);
-        let bootstrap = bootstrap::Bootstrap::new(baseline.evaluation.errors.len(), options.seed);
-        let decide = |session: &Session, candidates: &[Candidate]| {
-            Selection { noise: session.noise, baseline: &baseline, candidates, bootstrap: &bootstrap }
-                .decide(screened.alarm())
-        };
-        let mut decision = decide(&session, &candidates);
-        if decision.verdict == Verdict::Unexplained {
-            tell("fitting pairs of effects", 0.7);
-            candidates.extend(search::pairs(&session, &candidates));
-            search::apart(&session, &baseline, &mut candidates);
-            refine_floor(&mut session, &candidates);
-            decision = decide(&session, &candidates);
-        }
-        let mut rest = decision.named().map(|named| screen(&session, &candidates[named]));
-        if let (Some(named), Some(left)) = (decision.named(), &rest)
-            && candidates[named].effects.len() == 1
-            && decision.verdict != Verdict::Unexplained
-        {
-            tell("fitting second effects", 0.85);
-            candidates.extend(search::beside(&session, &candidates[named], &left.effects()));
-            // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
-            search::apart(&session, &baseline, &mut candidates);
-            decision = decide(&session, &candidates);
-            let selection =
-                Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
-            if let Some(pair) = selection.with_second(&decision) {
-                rest = pair.named().map(|named| screen(&session, &candidates[named]));
-                decision = pair;
-            }
-        }
-        tell("writing down", 0.97);
-        let selection =
-            Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
-        let diagnosis = write_down(robot, &session, &selection, &decision, rest.as_ref().unwrap_or(&screened));
-        tell("done", 1.0);
+        let inquiry = Inquiry { robot, options };
+        inquiry.tell("refitting the model's numbers", 0.0);
+        let (session, baseline) = open(robot, fit, held_out, options)?;
+        let found = inquiry.run(session, baseline)?;
+        inquiry.tell("writing down", 0.97);
+        let diagnosis = write_down(robot, &found);
+        inquiry.tell("done", 1.0);
         Ok(diagnosis)
     })
 }
@@ -315,24 +245,9 @@ fn judged(session: &mut Session, fit: Fit) -> Candidate {
     Candidate { effects: Vec::new(), fit, evaluation }
 }
 
-fn best(candidates: &[Candidate]) -> Option<&Candidate> {
-    candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
-}
-
-/// A better model leaves fewer kinks in what the floor is measured on: the floor is the least that any model shows.
-fn refine_floor(session: &mut Session, candidates: &[Candidate]) {
-    if let Some(best) = best(candidates) {
-        session.noise = session.noise.min(session.scatter_about(&best.evaluation));
-    }
-}
-
-fn write_down(
-    robot: &Robot,
-    session: &Session,
-    selection: &Selection,
-    decision: &Decision,
-    screened: &Screen,
-) -> Diagnosis {
+fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
+    let Found { session, decision, rest, .. } = found;
+    let selection = &found.selection();
     let named = decision.named().map(|index| &selection.candidates[index]);
     let also = decision.also(selection.candidates);
     let after = named.unwrap_or(selection.baseline);
@@ -347,7 +262,7 @@ fn write_down(
             parameters: values::of_effect(&extended, *effect),
         })
         .collect();
-    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, screened.follows());
+    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, rest.follows());
     let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
     let mut class: Vec<Id> = also.iter().flatten().copied().collect();
     class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
@@ -365,7 +280,7 @@ fn write_down(
         gain,
         next_experiment: words::next_experiment(&class, left_over.as_ref().map(|left| left.coordinate.as_str())),
         left_over,
-        limits: values::limits(&session.model, screened, &after.effects),
+        limits: values::limits(&session.model, rest, &after.effects),
         detail: Detail {
             horizon_s: session.horizon_s,
             held_out_rollouts: selection.baseline.evaluation.errors.len(),

@@ -230,7 +230,7 @@ impl Selection<'_> {
     }
 
     /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share, with the rivals that
-    /// remove half as much.
+    /// remove half as much and are not clearly behind it.
     fn partial(&self) -> Option<Decision> {
         let single: Vec<usize> =
             (0..self.candidates.len()).filter(|&i| self.candidates[i].effects.len() == 1).collect();
@@ -242,10 +242,12 @@ impl Selection<'_> {
         if all < LEAST_OVERALL || value < SUBSTANTIAL || low < 0.5 * SUBSTANTIAL {
             return None;
         }
-        let rivals: Vec<usize> = single
-            .into_iter()
-            .filter(|&i| i == best || self.trimmed(self.baseline, &self.candidates[i])[0] > 0.5 * value)
-            .collect();
+        let is_rival = |i: &usize| {
+            let rival = &self.candidates[*i];
+            let [behind, low, _] = self.trimmed(rival, &self.candidates[best]);
+            self.trimmed(self.baseline, rival)[0] > 0.5 * value && !(behind > PAYS && low > 0.0)
+        };
+        let rivals: Vec<usize> = single.into_iter().filter(|i| *i == best || is_rival(i)).collect();
         Some(self.among(&rivals, Verdict::Unexplained))
     }
 
