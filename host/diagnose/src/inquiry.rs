@@ -96,11 +96,20 @@ impl Inquiry<'_> {
                 self.second(&mut found, named, &effects);
             }
         }
+        if found.decision.verdict == Verdict::Unexplained && found.rest.follows().is_none() {
+            let after = found.decision.named().map_or(&found.baseline, |named| &found.candidates[named]);
+            self.add_curves(&mut found.rest, &found.session, after);
+        }
         Ok(found)
     }
 
     fn screen(&self, session: &Session, model: &Candidate, effects: &[Id]) -> Screen {
-        Screen::new(&session.model, &session.data(), &model.fit, effects, self.options.seed)
+        Screen::of_effects(&session.model, &session.data(), &model.fit, effects, self.options.seed)
+    }
+
+    /// Screens curves about a model too.
+    fn add_curves(&self, screen: &mut Screen, session: &Session, model: &Candidate) {
+        screen.add_curves(&session.model, &session.data(), &model.fit, self.options.seed);
     }
 
     /// Tries every effect on its own, where a screen of the nominal model raises an alarm; returns that screen.
@@ -113,6 +122,9 @@ impl Inquiry<'_> {
         let mut screen = self.screen(session, baseline, effects);
         let mut candidates = Vec::new();
         for pass in 0..PASSES {
+            if !screen.alarm() {
+                self.add_curves(&mut screen, session, baseline);
+            }
             if !screen.alarm() {
                 return Ok((screen, Vec::new()));
             }

@@ -77,17 +77,20 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Screens effects and curves against what a fit leaves.
+    /// Screens effects against what a fit leaves.
     #[must_use]
-    pub fn new(model: &FileModel, data: &Data, fit: &Fit, effects: &[Id], seed: u64) -> Self {
-        let groups = groups(model, data, fit, effects);
+    pub fn of_effects(model: &FileModel, data: &Data, fit: &Fit, effects: &[Id], seed: u64) -> Self {
         let rolled = fit::roll_all(model, data, fit);
-        let scores = Scores::new(model, data, fit, &rolled, &groups);
-        let is_effect = |group: &&Group| matches!(group.direction, Direction::Effect(..));
-        let effects: Vec<&Group> = groups.iter().filter(is_effect).collect();
-        let curves: Vec<&Group> = groups.iter().filter(|group| !is_effect(group)).collect();
-        let directions = [effects, curves].iter().flat_map(|family| scores.family(family, seed)).collect();
+        let groups = effect_groups(model, fit, effects);
+        let directions = Scores::new(model, data, fit, &rolled, &groups).family(&groups, seed);
         Self { directions, motion_chance: motion::chance(data.tracks, &rolled, seed) }
+    }
+
+    /// Screens curves too: there are many of them, and they are of use where no effect is enough.
+    pub fn add_curves(&mut self, model: &FileModel, data: &Data, fit: &Fit, seed: u64) {
+        let rolled = fit::roll_all(model, data, fit);
+        let groups = curve_groups(model, data, fit);
+        self.directions.extend(Scores::new(model, data, fit, &rolled, &groups).family(&groups, seed));
     }
 
     /// Whether anything that was screened is more than an accident and worth a fit.
@@ -136,27 +139,39 @@ struct Group {
     sizes: Vec<(Number, bool)>,
 }
 
-fn groups(model: &FileModel, data: &Data, fit: &Fit, effects: &[Id]) -> Vec<Group> {
-    let spans = spans(model, data);
-    let base = fit.plant(model);
-    let mut groups = Vec::new();
-    let mut next = fit.free.len();
-    let mut add = |direction, moved: Vec<Moved>, sizes| {
-        let columns = next..next + moved.len();
-        next = columns.end;
-        groups.push(Group { direction, columns, moved, sizes });
-    };
+/// Collects groups, their columns after a fit's numbers.
+struct Groups {
+    next: usize,
+    groups: Vec<Group>,
+}
+
+impl Groups {
+    fn add(&mut self, direction: Direction, moved: Vec<Moved>, sizes: Vec<(Number, bool)>) {
+        let columns = self.next..self.next + moved.len();
+        self.next = columns.end;
+        self.groups.push(Group { direction, columns, moved, sizes });
+    }
+}
+
+fn effect_groups(model: &FileModel, fit: &Fit, effects: &[Id]) -> Vec<Group> {
+    let mut groups = Groups { next: fit.free.len(), groups: Vec::new() };
     for &effect in effects {
         for start in 0..shapes(model, effect) {
             let (moved, sizes) = effect_columns(model, fit, effect, start);
-            add(Direction::Effect(effect, start), moved, sizes);
+            groups.add(Direction::Effect(effect, start), moved, sizes);
         }
     }
+    groups.groups
+}
+
+fn curve_groups(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Group> {
+    let (spans, base) = (spans(model, data), fit.plant(model));
+    let mut groups = Groups { next: fit.free.len(), groups: Vec::new() };
     for follows in Follows::ALL {
         let moved = (0..follows.terms()).map(|term| Some((base.with_probe(Probe { follows, term, spans }), 1.0)));
-        add(Direction::Curve(follows), moved.collect(), Vec::new());
+        groups.add(Direction::Curve(follows), moved.collect(), Vec::new());
     }
-    groups
+    groups.groups
 }
 
 /// How many shapes an effect's starting points give: where they differ in size only, one.
@@ -268,8 +283,12 @@ impl Scores {
     }
 
     /// What a family of directions promises, and how often chance promises as much.
-    fn family(&self, groups: &[&Group], seed: u64) -> Vec<Screened> {
-        let statistics: Vec<(f64, Vec<f64>)> = groups.par_iter().map(|group| self.statistics(group, seed)).collect();
+    fn family(&self, groups: &[Group], seed: u64) -> Vec<Screened> {
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed ^ 0x5c_0e_e0);
+        // One sign a block and resample, the same for every group.
+        let signs: Vec<f64> =
+            (0..RESAMPLES * self.blocks.len()).map(|_| if random.random_bool(0.5) { 1.0 } else { -1.0 }).collect();
+        let statistics: Vec<(f64, Vec<f64>)> = groups.par_iter().map(|group| self.statistics(group, &signs)).collect();
         let ranked: Vec<Vec<f64>> = statistics.iter().map(|(found, chance)| chances(*found, chance)).collect();
         let families = step_down(&ranked);
         groups
@@ -305,26 +324,24 @@ impl Scores {
         group.sizes.iter().enumerate().map(limit).collect()
     }
 
-    /// The statistic of a group, and its values with signs changed at random, the same for every group.
-    fn statistics(&self, group: &Group, seed: u64) -> (f64, Vec<f64>) {
+    /// The statistic of a group, and its values with signs of the blocks changed.
+    fn statistics(&self, group: &Group, signs: &[f64]) -> (f64, Vec<f64>) {
         let (first, size) = (group.columns.start - self.numbers, group.columns.len());
         let mut matrix = self.matrix.view((first, first), (size, size)).into_owned();
         for i in 0..size {
             matrix[(i, i)] = matrix[(i, i)] * (1.0 + 1e-6) + f64::MIN_POSITIVE;
         }
         let Some(factor) = matrix.cholesky() else { return (0.0, vec![0.0; RESAMPLES]) };
-        let whiten = |score: &DVector<f64>| factor.l().solve_lower_triangular(&score.rows(first, size).into_owned());
-        let own: Vec<DVector<f64>> = self.blocks.iter().filter_map(whiten).collect();
-        let found = whiten(&self.total).map_or(0.0, |score| score.norm_squared());
-        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed ^ 0x5c_0e_e0);
-        let changed = (0..RESAMPLES).map(|_| {
-            let mut sum = DVector::zeros(size);
-            for block in &own {
-                if random.random_bool(0.5) { sum += block } else { sum -= block }
-            }
-            sum.norm_squared()
-        });
-        (found, changed.collect())
+        let whiten = |score: &DVector<f64>| {
+            let own = score.rows(first, size).into_owned();
+            factor.l_dirty().solve_lower_triangular(&own).unwrap_or_else(|| DVector::zeros(size))
+        };
+        let mut own = DMatrix::zeros(size, self.blocks.len());
+        for (mut column, block) in own.column_iter_mut().zip(&self.blocks) {
+            column.copy_from(&whiten(block));
+        }
+        let changed = own * DMatrix::from_column_slice(self.blocks.len(), RESAMPLES, signs);
+        (whiten(&self.total).norm_squared(), changed.column_iter().map(|sum| sum.norm_squared()).collect())
     }
 }
 
