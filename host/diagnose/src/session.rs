@@ -251,6 +251,22 @@ impl Session {
         Scatter::mean_square(&scatters).max(LEAST_NOISE * LEAST_NOISE)
     }
 
+    /// The numbers of a fit to runs that have since been cut anew, with first guesses of the starts.
+    #[must_use]
+    pub fn begun_anew(&self, fit: &Fit) -> Fit {
+        Fit { starts: self.fit_guess.clone(), ..fit.clone() }
+    }
+
+    /// Lowers the noise of the fit runs to what is left about a better model than the settled one, which may have lost the
+    /// shaft and taken much for noise.
+    pub fn lower_fit_noise(&mut self, fit: &Fit) {
+        let mut fit = self.begun_anew(fit);
+        let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
+        let before = self.fit_noise;
+        self.fit_noise = self.measure(&fit, true).min(before);
+        self.thin();
+    }
+
     /// What fits are made to.
     #[must_use]
     pub fn data(&self) -> Data<'_> {
