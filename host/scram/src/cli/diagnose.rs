@@ -13,8 +13,11 @@ use robot_file::Robot;
 use robot_file::edit::Document;
 use scram::progress::bar;
 
+use super::design_experiment::propose;
+use super::pair::KeysFile;
 use super::run_directory::DIAGNOSED;
-use super::{Common, Done, Failure, print, print_json, say, table, write};
+use super::then_run::Place;
+use super::{Common, Done, Failure, load_robot, print, print_json, say, table, write};
 
 /// The extended model; the others that are still standing are numbered from 2.
 const ROBOT: &str = "robot.toml";
@@ -49,7 +52,16 @@ pub struct Diagnose {
     /// Write over what is in --out already
     #[arg(long)]
     overwrite: bool,
+    /// Where several models are still standing: design the recording that tells them apart, run it twice through the console on
+    /// the robot behind a dongle's serial port, or on a simulated robot (sim:FILE, its robot file), and diagnose again
+    #[arg(long, value_name = "PORT|sim:FILE", value_parser = Place::parse)]
+    then_run: Option<Place>,
+    #[command(flatten)]
+    keys: KeysFile,
 }
+
+/// Length of the recording that tells models apart, s.
+const EXPERIMENT_S: f64 = 8.0;
 
 /// What a diagnosis wrote.
 struct Files {
@@ -69,18 +81,57 @@ impl Diagnose {
         common.keeps_robot_file(&common.out.join(ROBOT))?;
         DIAGNOSED.refuse(&common.out, self.overwrite)?;
         let (fit, held_out) = self.load(&robot)?;
-        let options = Options { seed: common.seed, progress: Some(progress()), ..Options::default() };
-        let diagnosis = diagnose(&robot, &fit, &held_out, &options).map_err(Report::from)?;
+        let files = self.diagnose(&robot, &fit, &held_out, &common.out)?;
+        match &self.then_run {
+            None => Ok(()),
+            Some(_) if files.rivals.is_empty() => {
+                say("no two models are left to tell apart: nothing is run");
+                Ok(())
+            }
+            Some(place) => self.then_run(place, &robot, fit, held_out, &files),
+        }
+    }
+
+    /// Diagnoses, writes it down and tells it.
+    fn diagnose(&self, robot: &Robot, fit: &[Recording], held_out: &[Recording], out: &Path) -> Result<Files, Failure> {
+        let options = Options { seed: self.common.seed, progress: Some(progress()), ..Options::default() };
+        let diagnosis = diagnose(robot, fit, held_out, &options).map_err(Report::from)?;
 
         // A number that the robot file refuses must not cost the report.
         let detail = &diagnosis.detail;
         let models: Result<Vec<Document>, Report> =
             std::iter::once(&detail.extended).chain(&detail.rivals).map(|fitted| self.with(fitted, detail)).collect();
         let written = models.as_deref().unwrap_or(&[]);
-        let files = DIAGNOSED.fill(&common.out, self.overwrite, |out| self.save(&robot, &diagnosis, written, out))?;
-        self.tell(&robot, &diagnosis, &files)?;
+        let files = DIAGNOSED.fill(out, self.overwrite, |out| self.save(robot, &diagnosis, written, out))?;
+        self.tell(robot, &diagnosis, &files)?;
         models?;
-        Ok(())
+        Ok(files)
+    }
+
+    /// Runs the experiment that tells the models apart, once to fit on and once to judge by, and diagnoses again.
+    fn then_run(
+        &self,
+        place: &Place,
+        robot: &Robot,
+        mut fit: Vec<Recording>,
+        mut held_out: Vec<Recording>,
+        files: &Files,
+    ) -> Done {
+        let models: Vec<PathBuf> = files.robot.iter().chain(&files.rivals).cloned().collect();
+        let robots: Vec<Robot> = models.iter().map(|path| load_robot(path)).collect::<Result<_, _>>()?;
+        let beside = files.page.parent().unwrap_or(Path::new("."));
+        let script = propose(&robots, EXPERIMENT_S, self.common.seed)?.save(&models, beside)?;
+        for (number, recordings) in [&mut fit, &mut held_out].into_iter().enumerate() {
+            let seed = self.common.seed + number as u64;
+            let out = beside.join(format!("experiment-{}", number + 1));
+            let path = place.record(&script, self.keys.given(), seed, &out)?;
+            let options = ReadOptions { limit: MOST_SAMPLES, ..ReadOptions::default() };
+            recordings.push(self.common.recording(&path, robot, &options)?.recording);
+        }
+        // A named directory has the first diagnosis in it.
+        let numbered = self.common.out == Path::new(DIAGNOSED.numbered);
+        let out = if numbered { self.common.out.clone() } else { self.common.out.join("then") };
+        self.diagnose(robot, &fit, &held_out, &out).map(|_| ())
     }
 
     /// Prints the diagnosis and where it was written.

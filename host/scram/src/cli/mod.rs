@@ -18,6 +18,7 @@ mod settings;
 mod sim;
 mod sweep;
 mod table;
+mod then_run;
 mod walk;
 
 use std::path::{Path, PathBuf};
