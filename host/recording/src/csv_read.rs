@@ -80,7 +80,7 @@ fn number(path: &Path, line: u64, column: &str, cell: &[u8]) -> Result<Option<f6
     Ok(Some(value))
 }
 
-fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
+pub(super) fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
     RecordingError::Cell {
         place: Place { path: path.to_owned(), row: RowNumber::Line(line) },
         column: column.to_owned(),
@@ -89,7 +89,7 @@ fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
     }
 }
 
-fn wrong_length(path: &Path, line: u64, cells: usize, columns: usize, last: bool) -> RecordingError {
+pub(super) fn wrong_length(path: &Path, line: u64, cells: usize, columns: usize, last: bool) -> RecordingError {
     let place = Place { path: path.to_owned(), row: RowNumber::Line(line) };
     if last && cells < columns {
         return RecordingError::RowNumber {

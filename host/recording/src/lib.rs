@@ -31,6 +31,7 @@ mod csv_read;
 mod csv_write;
 mod entries;
 mod error;
+pub mod import;
 mod mcap_chunks;
 mod mcap_read;
 mod mcap_stream;
@@ -45,6 +46,7 @@ mod schema;
 mod sink;
 mod stream;
 mod telemetry;
+mod window;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -60,6 +62,7 @@ pub use rig::check_rig;
 pub use run_log::{LoggedCommand, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
 pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};
+pub use window::Window;
 pub use words::fault;
 
 /// Samples of one run, one vector per column.

@@ -69,6 +69,15 @@ pub const DIAGNOSED: Series = Series {
     are: "perhaps what another run found",
 };
 
+/// Recordings that `scram import` made. They are called as their sources: the command itself looks for older ones.
+pub const IMPORTED: Series = Series {
+    numbered: "out/import-NNNN",
+    prefix: "import-",
+    latest: "latest-import",
+    kept: &[],
+    are: "another import's recording",
+};
+
 /// A directory that is this run's while this lives.
 pub struct RunDirectory {
     path: PathBuf,
