@@ -162,13 +162,15 @@ pub struct ReadOptions {
     pub limit: usize,
     /// Who watches the reading.
     pub progress: Option<Progress>,
+    /// What is read; the whole run where nothing is said.
+    pub window: Window,
     /// Which robot, by its name in the file; needed where a session has several.
     pub robot: Option<String>,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { limit: DEFAULT_LIMIT, progress: None, robot: None }
+        Self { limit: DEFAULT_LIMIT, progress: None, window: Window::default(), robot: None }
     }
 }
 

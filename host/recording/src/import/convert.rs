@@ -208,7 +208,7 @@ pub(super) fn convert(
     names.extend(mapping.has(Quantity::Current).then_some("current_a"));
     names.extend(mapping.has(Quantity::Temperature).then_some("temperature_c"));
     let layout = Layout::of(&table.path, names.into_iter().map(String::from).collect())?;
-    let mut builder = Builder::new(&table.path, &layout, limit);
+    let mut builder = Builder::new(&table.path, &layout, limit, Window::default());
 
     let column = |quantity| mapped.column(quantity);
     let (time, enable, supply) = (column(Quantity::Time), column(Quantity::Enable), column(Quantity::Supply));
@@ -230,11 +230,11 @@ pub(super) fn convert(
             left_out.no_time += 1;
             continue;
         };
-        if window.from_s.is_some_and(|from| t_s < from) {
+        if window.is_before(t_s) {
             left_out.before += 1;
             continue;
         }
-        if window.to_s.is_some_and(|to| t_s > to) {
+        if window.is_after(t_s) {
             left_out.after += 1;
             continue;
         }
@@ -355,7 +355,11 @@ fn in_their_words(
     let Some(source) = mapped.mapping.columns.get(&quantity) else {
         return RecordingError::Cell { place, column, problem, help };
     };
-    let unit = if source.unit.name.is_empty() { String::new() } else { format!(" in `{}`", source.unit) };
+    let unit = match source.unit.name.parse::<f64>() {
+        Ok(full_scale) => format!(" of full scale {full_scale}"),
+        Err(_) if source.unit.name.is_empty() => String::new(),
+        Err(_) => format!(" in `{}`", source.unit),
+    };
     RecordingError::Cell {
         place,
         column: source.column.clone(),

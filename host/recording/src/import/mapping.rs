@@ -182,6 +182,11 @@ impl Mapping {
         self
     }
 
+    /// Names of the columns that are read.
+    pub(super) fn wanted(&self) -> Vec<String> {
+        self.columns.values().map(|source| source.column.clone()).collect()
+    }
+
     pub(super) fn has(&self, quantity: Quantity) -> bool {
         self.columns.contains_key(&quantity)
     }

@@ -1,14 +1,16 @@
 //! Recordings of other people's rigs: a mapping says which column of a foreign file holds what, and in which unit.
 //!
-//! [`import`] reads a table ([`delimited`]: CSV; [`bam`]: the logs of BAM), [`convert`] makes a [`Recording`](crate::Recording) of
-//! it, and [`checks`] looks for units that cannot be meant. Nothing is lost silently: what was left out is in
+//! [`import`] reads a table (`delimited.rs`: CSV; `matlab.rs`; `bam.rs`: the logs of BAM), `convert.rs` makes a [`Recording`](crate::Recording) of
+//! it, and `checks.rs` looks for units that cannot be meant. Nothing is lost silently: what was left out is in
 //! [`ImportRecord`], which the recording's metadata keep, and in the notes. See `docs/import.md`.
 
+mod bam;
 mod checks;
 mod convert;
 mod delimited;
 mod goal;
 mod mapping;
+mod matlab;
 mod table;
 mod units;
 
@@ -16,7 +18,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Loaded, Metadata, ReadOptions, RecordingError, Window};
+use super::{Loaded, Metadata, ReadOptions, RecordingError};
 use convert::Converted;
 use table::{Table, listed};
 
@@ -57,38 +59,43 @@ pub struct Imported {
 ///
 /// # Errors
 /// The file cannot be read, a mapped column is not there, a value is none that a rig measures, or the time does not increase.
-pub fn import(
-    path: &Path,
-    mapping: &Mapping,
-    window: &Window,
-    options: &ReadOptions,
-) -> Result<Imported, RecordingError> {
+pub fn import(path: &Path, mapping: &Mapping, options: &ReadOptions) -> Result<Imported, RecordingError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let wanted: Vec<String> = mapping.columns.values().map(|source| source.column.clone()).collect();
-    let table = match extension.as_str() {
-        "csv" | "tsv" | "txt" | "dat" => delimited::read(path, &wanted, options.progress)?,
-        _ => {
-            return Err(RecordingError::Format {
-                path: path.to_owned(),
-                problem: "files that are imported end with .csv, .tsv, .txt or .dat (tables of text)".into(),
-                help: "rename the file if it is one of them, or save its table as CSV".into(),
-            });
+    match extension.as_str() {
+        "csv" | "tsv" | "txt" | "dat" => {
+            let table = delimited::read(path, &mapping.wanted(), options.progress)?;
+            finish(&table, mapping, options, Metadata::default(), Vec::new())
         }
-    };
-    finish(table, mapping, window, options, Metadata::default())
+        "mat" => {
+            let table = matlab::read(path, &mapping.wanted())?;
+            finish(&table, mapping, options, Metadata::default(), Vec::new())
+        }
+        "json" => {
+            let log = bam::Log::load(path)?;
+            let (mapping, notes) = log.complete(mapping)?;
+            finish(&log.table(&mapping.wanted())?, &mapping, options, log.metadata(), notes)
+        }
+        _ => Err(RecordingError::Format {
+            path: path.to_owned(),
+            problem:
+                "files that are imported end with .csv, .tsv, .txt or .dat (tables of text), .mat or .json (logs of BAM)"
+                    .into(),
+            help: "rename the file if it is one of them, or save its table as CSV".into(),
+        }),
+    }
 }
 
 /// From a table to a recording.
 fn finish(
-    table: Table,
+    table: &Table,
     mapping: &Mapping,
-    window: &Window,
     options: &ReadOptions,
     metadata: Metadata,
+    mut notes: Vec<String>,
 ) -> Result<Imported, RecordingError> {
     let Converted { recording, kept, left_out, mut warnings } =
-        convert::convert(&table, mapping, window, options.limit)?;
-    warnings.extend(checks::look(&recording, &table, mapping));
+        convert::convert(table, mapping, &options.window, options.limit)?;
+    warnings.extend(checks::look(&recording, table, mapping));
     let record = ImportRecord {
         source: table.path.display().to_string(),
         mapping: mapping.words(),
@@ -97,11 +104,11 @@ fn finish(
         left_out,
         not_mapped: table.unread(),
     };
-    let mut notes = record.left_out.clone();
+    notes.extend(record.left_out.iter().cloned());
     if !record.not_mapped.is_empty() {
         notes.push(format!("columns that are not mapped: {}", listed(&record.not_mapped)));
     }
-    notes.extend(kept.note());
+    notes.extend(kept.notes());
     let metadata = Metadata { import: Some(record), ..metadata };
     Ok(Imported { loaded: Loaded { recording, metadata, kept, notes }, warnings })
 }

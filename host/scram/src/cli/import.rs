@@ -33,7 +33,7 @@ use super::{Done, Failure, print, print_json, same_file, say};
     scram import servo.csv --rate 200 --map angle=-Enc:counts/4096 --map goal=Goal:deg --p-gain 32 --p-full-scale 6.33\n\n\
     docs/import.md describes mapping files, what is refused and what is left out.")]
 pub struct Import {
-    /// Files of another rig: tables of text (.csv, .tsv, .txt, .dat)
+    /// Files of another rig: tables of text (.csv, .tsv, .txt, .dat), MATLAB's .mat, logs of BAM (.json)
     #[arg(required = true)]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -142,8 +142,8 @@ impl WindowArgs {
 }
 
 /// Reads a file of another rig; what was left out and what looks wrong goes to stderr.
-pub fn read(path: &Path, mapping: &Mapping, window: &Window, options: &ReadOptions) -> Result<Imported, Report> {
-    let imported = import(path, mapping, window, options)?;
+pub fn read(path: &Path, mapping: &Mapping, options: &ReadOptions) -> Result<Imported, Report> {
+    let imported = import(path, mapping, options)?;
     for note in &imported.loaded.notes {
         say(&format!("{}: {note}", path.display()));
     }
@@ -160,10 +160,10 @@ impl Import {
         let names = self.names()?;
         refuse(&self.out, &names, self.overwrite)?;
         // Everything is kept: what is thinned is thinned where it is read.
-        let options = ReadOptions { limit: usize::MAX, progress: Some(bar), ..ReadOptions::default() };
+        let options = ReadOptions { limit: usize::MAX, progress: Some(bar), window, ..ReadOptions::default() };
         let mut all = Vec::new();
         for path in &self.files {
-            all.push(read(path, &mapping, &window, &options)?);
+            all.push(read(path, &mapping, &options)?);
         }
         let written = IMPORTED.fill(&self.out, self.overwrite, |out| {
             refuse(out, &names, self.overwrite)?;
