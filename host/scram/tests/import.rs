@@ -122,7 +122,7 @@ fn a_voltage_over_its_supply_is_the_duty() {
     write(at, "rig.csv", "t,a,u,i\n0,0,6,500\n0.01,0.1,-3,-250\n0.02,0.2,12.3,0\n");
     let words = "import rig.csv --map time=t:s --map angle=a:turns --map current=i:mA";
     let message = succeeds_saying(at, &format!("{words} --map voltage=u:V --supply 12 --out duty")).1;
-    assert!(message.contains("the voltage is above the supply in 1 row"), "{message}");
+    assert!(message.contains("rows whose voltage is above the supply: 1;"), "{message}");
     let run = load(&at.join("duty/rig.mcap")).unwrap();
     assert_eq!((duty(&run), run.supply_v.as_slice()), (&[0.5, -0.25, 1.0][..], &[12.0; 3][..]));
     assert_eq!(run.current_a, [Some(0.5), Some(-0.25), Some(0.0)]);

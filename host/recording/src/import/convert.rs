@@ -184,7 +184,7 @@ impl LeftOut {
     fn warnings(&self) -> Vec<String> {
         let limited = self.limited;
         (limited > 0)
-            .then(|| format!("the voltage is above the supply in {limited} rows; their duty is 1"))
+            .then(|| format!("rows whose voltage is above the supply: {limited}; their duty is 1 or -1"))
             .into_iter()
             .collect()
     }

@@ -179,10 +179,11 @@ impl<'a> Element<'a> {
                     bytes.copy_from_slice(chunk);
                     if self.big { <$type>::from_be_bytes(bytes) as f64 } else { <$type>::from_le_bytes(bytes) as f64 }
                 };
-                if self.data.len() % SIZE != 0 {
+                let chunks = self.data.chunks_exact(SIZE);
+                if !chunks.remainder().is_empty() {
                     return Err(Problem::Broken(self.at));
                 }
-                self.data.chunks_exact(SIZE).map(value).collect()
+                chunks.map(value).collect()
             }};
         }
         Ok(match self.kind {
@@ -349,6 +350,22 @@ mod tests {
             }
             assert!(table.columns[4][3].is_nan() && table.columns[4][4] == 4.0, "a NaN is missing");
         }
+    }
+
+    /// A vector `x` of two numbers, as a machine of the other byte order writes it.
+    #[test]
+    fn the_other_byte_order_is_read() {
+        let word = |value: u32| value.to_be_bytes();
+        let element = |kind: u32, data: &[u8]| [&word(kind)[..], &word(data.len() as u32), data].concat();
+        let sizes = [word(1), word(2)].concat();
+        let small_name = [&[0, 1, 0, 1][..], b"x\0\0\0"].concat();
+        let values = [1.5_f64.to_be_bytes(), (-2.0_f64).to_be_bytes()].concat();
+        let parts = [element(6, &[word(6), word(0)].concat()), element(5, &sizes), small_name, element(9, &values)];
+        let mut file = vec![b' '; HEADER];
+        file[HEADER - 2..].copy_from_slice(b"MI");
+        file.extend(element(MATRIX, &parts.concat()));
+        let found = vectors(&file).unwrap();
+        assert_eq!((found[0].name.as_str(), found[0].values.as_slice()), ("x", &[1.5, -2.0][..]));
     }
 
     #[test]
