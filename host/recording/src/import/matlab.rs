@@ -352,20 +352,29 @@ mod tests {
         }
     }
 
-    /// A vector `x` of two numbers, as a machine of the other byte order writes it.
-    #[test]
-    fn the_other_byte_order_is_read() {
+    /// A file with a vector `x` of two numbers, as a machine of the other byte order writes it, said to have some columns.
+    fn other_order(columns: u32) -> Vec<u8> {
         let word = |value: u32| value.to_be_bytes();
         let element = |kind: u32, data: &[u8]| [&word(kind)[..], &word(data.len() as u32), data].concat();
-        let sizes = [word(1), word(2)].concat();
+        let sizes = [word(1), word(columns)].concat();
         let small_name = [&[0, 1, 0, 1][..], b"x\0\0\0"].concat();
         let values = [1.5_f64.to_be_bytes(), (-2.0_f64).to_be_bytes()].concat();
         let parts = [element(6, &[word(6), word(0)].concat()), element(5, &sizes), small_name, element(9, &values)];
         let mut file = vec![b' '; HEADER];
         file[HEADER - 2..].copy_from_slice(b"MI");
         file.extend(element(MATRIX, &parts.concat()));
-        let found = vectors(&file).unwrap();
+        file
+    }
+
+    #[test]
+    fn the_other_byte_order_is_read() {
+        let found = vectors(&other_order(2)).unwrap();
         assert_eq!((found[0].name.as_str(), found[0].values.as_slice()), ("x", &[1.5, -2.0][..]));
+    }
+
+    #[test]
+    fn a_size_that_its_numbers_do_not_have_is_refused() {
+        assert_eq!(vectors(&other_order(3)).map(|_| ()), Err(Problem::Broken(HEADER + 8)));
     }
 
     #[test]
