@@ -1,7 +1,8 @@
 //! A recording in memory: one run of a rig, columns of equal length. Reading and writing live in the submodules.
 //!
 //! Column names, units and meaning are those of the exchange format: see `docs/recordings.md`. [`load`] reads a CSV or MCAP
-//! file, [`write_mcap`] and [`write_csv`] write one, [`SessionRecorder`] writes while a session lasts.
+//! file, [`write_mcap`] and [`write_csv`] write one, [`SessionRecorder`] writes while a session lasts, and [`mod@import`] reads files
+//! of other rigs by a mapping of their columns.
 //!
 //! ```
 //! use recording::{AngleReading, Drive, Recording, load, write_mcap};

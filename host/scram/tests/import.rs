@@ -360,11 +360,33 @@ fn what_looks_wrong_is_warned_of() {
 }
 
 #[test]
+fn the_examples_files_are_the_runs_that_they_are_said_to_be() {
+    let directory = temporary();
+    let at = directory.path();
+    let files = "@/examples/another-rig/run-1.csv @/examples/another-rig/run-2.csv";
+    succeeds(at, &format!("import {files} --mapping @/examples/another-rig/rig.toml --out out"));
+    for (name, original) in [("run-1", "run-1"), ("run-2", "run-5")] {
+        let run = load(&at.join("out").join(format!("{name}.mcap"))).unwrap();
+        let original = load(&root().join(format!("examples/hidden-effect/{original}.csv"))).unwrap();
+        assert!(run.len() > 1500, "{name} has {} samples", run.len());
+        for row in 0..run.len() {
+            assert!((run.t_s[row] - original.t_s[row]).abs() < 6e-6, "{name}, row {row}");
+            assert_eq!(run.enable[row], original.enable[row], "{name}, row {row}");
+            assert!((duty(&run)[row] - duty(&original)[row]).abs() < 0.51 / 255.0, "{name}, row {row}");
+            match (angles(&run)[row], angles(&original)[row]) {
+                (Some(one), Some(other)) => assert!((one - other).abs() < 1e-4, "{name}, row {row}: {one}, {other}"),
+                (one, other) => assert_eq!(one, other, "{name}, row {row}"),
+            }
+        }
+    }
+}
+
+#[test]
 fn a_diagnosis_of_foreign_files_is_that_of_the_imported_ones() {
     let directory = temporary();
     let at = directory.path();
     let files = "@/examples/another-rig/run-1.csv @/examples/another-rig/run-2.csv";
-    let mapping = "--mapping @/examples/another-rig/rig.toml --from 0.2 --to 1.6";
+    let mapping = "--mapping @/examples/another-rig/rig.toml --from 0.2 --to 1.5";
     let robot = "--robot @/examples/hidden-effect/robot.toml --json";
     succeeds(at, &format!("import {files} {mapping} --out runs"));
     let imported = succeeds(at, &format!("diagnose runs/run-1.mcap runs/run-2.mcap {robot} --out imported"));
@@ -373,15 +395,16 @@ fn a_diagnosis_of_foreign_files_is_that_of_the_imported_ones() {
     for key in ["before", "after", "noise_floor"] {
         assert_eq!(number(&foreign, key), number(&imported, key), "{key}");
     }
+    assert_eq!(json(&foreign)["causes"][0]["effect"], "gravity_tilt");
     // What was cut on import and what is cut on reading is the same part of the run.
     succeeds(at, &format!("import {files} --mapping @/examples/another-rig/rig.toml --out whole"));
     let (cut, message) = succeeds_saying(
         at,
-        &format!("diagnose whole/run-1.mcap whole/run-2.mcap {robot} --from 0.2 --to 1.6 --out cut"),
+        &format!("diagnose whole/run-1.mcap whole/run-2.mcap {robot} --from 0.2 --to 1.5 --out cut"),
     );
     assert!(message.contains("rows are outside --from and --to"), "{message}");
     assert_eq!(number(&cut, "before"), number(&imported, "before"));
-    refuses(at, &format!("diagnose whole/run-1.mcap whole/run-2.mcap {robot} --from 9"), 1, &["goes from 0 s to 3."]);
+    refuses(at, &format!("diagnose whole/run-1.mcap whole/run-2.mcap {robot} --from 9"), 1, &["goes from 0 s to 1."]);
 }
 
 /// The XL330's logs in the exchange format are no part of the project: see CONTRIBUTING.

@@ -60,6 +60,19 @@ pub struct Imported {
 /// # Errors
 /// The file cannot be read, a mapped column is not there, a value is none that a rig measures, or the time does not increase.
 pub fn import(path: &Path, mapping: &Mapping, options: &ReadOptions) -> Result<Imported, RecordingError> {
+    read(path, mapping, options).map_err(|error| match error {
+        // The advice for recordings names their columns.
+        RecordingError::Empty { path } => RecordingError::Format {
+            path,
+            problem: "the file is empty".into(),
+            help: "was the logger stopped before its first row? Record the run again".into(),
+        },
+        other => other,
+    })
+}
+
+/// By the kind of file.
+fn read(path: &Path, mapping: &Mapping, options: &ReadOptions) -> Result<Imported, RecordingError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "csv" | "tsv" | "txt" | "dat" => {
