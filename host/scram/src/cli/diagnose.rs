@@ -8,12 +8,14 @@ use diagnose::{Detail, Diagnosis, FittedParameter, Options, Progress, Verdict, d
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use plot::report::{About, html};
-use recording::{Loaded, ReadOptions, Recording};
+use recording::import::Mapping;
+use recording::{Loaded, ReadOptions, Recording, check_rig};
 use robot_file::Robot;
 use robot_file::edit::Document;
 use scram::progress::bar;
 
 use super::design_experiment::propose;
+use super::import::{self, MappingArgs, WindowArgs};
 use super::pair::KeysFile;
 use super::run_directory::DIAGNOSED;
 use super::then_run::Place;
@@ -37,16 +39,21 @@ const MOST_SAMPLES: usize = 60_000;
 #[command(mut_arg("out", |arg| arg.default_value(DIAGNOSED.numbered)))]
 #[command(after_help = "Examples:\n  \
     scram diagnose runs/*.csv --robot robots/bench-xl330.toml\n  \
-    scram diagnose a.mcap b.mcap c.mcap --holdout c.mcap --out diagnosis\n\n\
+    scram diagnose a.mcap b.mcap c.mcap --holdout c.mcap --out diagnosis\n  \
+    scram diagnose rig/*.csv --mapping rig.toml --from 2 --to 8 --robot rig-robot.toml\n\n\
     Without --holdout the last run of each kind of excitation is held out. The kind is `excitation` in the \
     recording's metadata, or the file name without its number: sweep_1.csv and sweep_2.csv are of one kind.")]
 pub struct Diagnose {
-    /// Recordings to fit on, CSV or MCAP
+    /// Recordings to fit on, CSV or MCAP; with a mapping files of another rig, as `scram import` reads them
     #[arg(required = true)]
     runs: Vec<PathBuf>,
     /// A recording to judge on and never to fit on, listed among the runs or not; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
+    #[command(flatten)]
+    mapping: MappingArgs,
+    #[command(flatten)]
+    window: WindowArgs,
     #[command(flatten)]
     common: Common,
     /// Write over what is in --out already
@@ -189,14 +196,17 @@ impl Diagnose {
         let fitted = self.runs.iter().filter(|path| !self.holdout.iter().any(|held| same_file(held, path)));
         refuse_twice(&fitted.chain(&self.holdout).collect::<Vec<_>>())?;
         // Further samples of a run cost time and tell little: a minute at 1 kHz is plenty.
-        let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), ..ReadOptions::default() };
+        let window = self.window.read()?;
+        let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), window, ..ReadOptions::default() };
+        let mapping = self.mapping.read()?;
+        let read = |path: &Path| self.recording(path, robot, mapping.as_ref(), &options);
         let mut held_out = Vec::new();
         for path in &self.holdout {
-            held_out.push(self.common.recording(path, robot, &options)?);
+            held_out.push(read(path)?);
         }
         let mut runs = Vec::new();
         for path in self.runs.iter().filter(|path| !self.holdout.iter().any(|held| same_file(held, path))) {
-            runs.push(self.common.recording(path, robot, &options)?);
+            runs.push(read(path)?);
         }
         if held_out.is_empty() {
             (runs, held_out) = hold_out_last(runs);
@@ -219,6 +229,26 @@ impl Diagnose {
         say(&format!("fitting on {}; judging on {}", names(&runs), names(&held_out)));
         let recordings = |loaded: Vec<Loaded>| loaded.into_iter().map(|l| l.recording).collect();
         Ok((recordings(runs), recordings(held_out)))
+    }
+
+    /// Reads a recording, or what a mapping makes one. A log of BAM says itself what its columns are.
+    fn recording(
+        &self,
+        path: &Path,
+        robot: &Robot,
+        mapping: Option<&Mapping>,
+        options: &ReadOptions,
+    ) -> Result<Loaded, Report> {
+        let ends_with = |end: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(end));
+        let own = Mapping::default();
+        match mapping.or(ends_with("json").then_some(&own)) {
+            Some(mapping) if !ends_with("mcap") => {
+                let loaded = import::read(path, mapping, options)?.loaded;
+                check_rig(&loaded, robot)?;
+                Ok(loaded)
+            }
+            _ => self.common.recording(path, robot, options),
+        }
     }
 
     /// The robot file with the fitted numbers of a model and its effects.
@@ -362,7 +392,7 @@ mod tests {
         Loaded {
             recording: Recording { path: path.into(), ..Recording::default() },
             metadata: Metadata { excitation: excitation.map(String::from), ..Metadata::default() },
-            kept: Kept { rows: 0, kept: 0, stride: 1 },
+            kept: Kept { rows: 0, kept: 0, stride: 1, outside: 0 },
             notes: Vec::new(),
         }
     }
