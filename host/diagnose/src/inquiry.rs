@@ -11,7 +11,7 @@ use super::search::{self, Candidate};
 use super::selection::{Decision, Selection, reaches};
 use super::session::Session;
 use super::verdict::Verdict;
-use super::{DiagnoseError, Options, judged, refuse_wrong_rig};
+use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
 
 /// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
 const PASSES: usize = 3;
@@ -79,9 +79,13 @@ impl Inquiry<'_> {
         let bootstrap = Bootstrap::new(baseline.evaluation.errors.len(), self.options.seed);
         let decision = Decision { verdict: Verdict::Nothing, class: Vec::new() };
         let mut found = Found { session, baseline, candidates, bootstrap, decision, rest };
-        let alarm = found.rest.alarm();
         found.refine_floor();
+        // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
+        let alarm = found.rest.alarm() || found.selection().any_explains();
         found.decide(alarm);
+        if found.decision.named().is_none() && is_implausible(&found.session, &found.baseline) {
+            return Err(wrong_rig(self.robot, &found.session, &found.baseline));
+        }
         if found.decision.verdict == Verdict::Unexplained {
             self.tell("fitting pairs of effects", 0.7);
             found.candidates.extend(search::pairs(&found.session, &found.candidates));
@@ -125,7 +129,7 @@ impl Inquiry<'_> {
             if !screen.alarm() {
                 self.add_curves(&mut screen, session, baseline);
             }
-            if !screen.alarm() {
+            if !screen.alarm() && !Selection::leaves_much(session.noise, baseline) {
                 return Ok((screen, Vec::new()));
             }
             let done = AtomicUsize::new(0);
@@ -143,7 +147,6 @@ impl Inquiry<'_> {
             let fit = session.settle(&baseline.fit);
             session.lower_fit_noise(&best.fit);
             *baseline = judged(session, fit);
-            refuse_wrong_rig(self.robot, session, baseline)?;
             screen = self.screen(session, baseline, effects);
         }
         Ok((screen, candidates))

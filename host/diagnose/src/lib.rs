@@ -168,7 +168,7 @@ pub enum DiagnoseError {
 
 /// Beyond this many times the noise, and this far in rad, the refitted model is of another rig.
 const HOPELESS: (f64, f64) = (100.0, 0.35);
-/// The same where the fit drives two of R, K and J to five times or a fifth of what the file says.
+/// The same where the fit drives two of R, K and J to five times or a fifth of what the file says, and no effect explains it.
 const IMPLAUSIBLE: f64 = 20.0;
 
 /// Compares a robot file with recordings and says what the model lacks.
@@ -205,6 +205,9 @@ pub fn misfit(
 ) -> Result<Misfit, DiagnoseError> {
     in_pool(options, || {
         let (session, baseline) = open(robot, fit, held_out, options)?;
+        if is_implausible(&session, &baseline) {
+            return Err(wrong_rig(robot, &session, &baseline));
+        }
         Ok(Misfit { noise_floor: session.noise.sqrt(), before: baseline.mean_square().sqrt() })
     })
 }
@@ -217,7 +220,7 @@ fn in_pool<T: Send>(options: &Options, work: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// Refits the nominal model and judges it; refuses another rig's recordings.
+/// Refits the nominal model and judges it; refuses what it does not follow at all.
 fn open(
     robot: &Robot,
     fit: &[Recording],
@@ -226,24 +229,26 @@ fn open(
 ) -> Result<(Session, Candidate), DiagnoseError> {
     let (mut session, fit) = Session::open(robot, fit, held_out, options)?;
     let baseline = judged(&mut session, fit);
-    refuse_wrong_rig(robot, &session, &baseline)?;
+    let error = baseline.mean_square().sqrt();
+    if !error.is_finite() || (error / session.noise.sqrt() > HOPELESS.0 && error > HOPELESS.1) {
+        return Err(wrong_rig(robot, &session, &baseline));
+    }
     Ok((session, baseline))
 }
 
-/// Refuses recordings that the refitted model misses by far.
-fn refuse_wrong_rig(robot: &Robot, session: &Session, baseline: &Candidate) -> Result<(), DiagnoseError> {
-    let error = baseline.mean_square().sqrt();
-    let ratio = error / session.noise.sqrt();
+/// Whether the refit of a model that misses by far has driven its numbers to where no motor of this kind has them.
+fn is_implausible(session: &Session, baseline: &Candidate) -> bool {
     let at_bound = baseline.fit.free.iter().zip(&baseline.fit.coordinates).filter(|(free, at)| {
         let motor = matches!(free.number, Number::Resistance | Number::TorqueConstant | Number::Inertia);
         motor && (**at <= free.coordinate(free.low) + 1e-6 || **at >= free.coordinate(free.high) - 1e-6)
     });
-    let implausible = ratio > IMPLAUSIBLE && at_bound.count() >= 2;
-    if !error.is_finite() || implausible || (ratio > HOPELESS.0 && error > HOPELESS.1) {
-        let detail = format!("{:.1}° after {:.2} s", error.to_degrees(), session.horizon_s);
-        return Err(DiagnoseError::WrongRig { robot: robot.name.clone(), ratio, detail });
-    }
-    Ok(())
+    baseline.mean_square() > IMPLAUSIBLE * IMPLAUSIBLE * session.noise && at_bound.count() >= 2
+}
+
+fn wrong_rig(robot: &Robot, session: &Session, baseline: &Candidate) -> DiagnoseError {
+    let error = baseline.mean_square().sqrt();
+    let detail = format!("{:.1}° after {:.2} s", error.to_degrees(), session.horizon_s);
+    DiagnoseError::WrongRig { robot: robot.name.clone(), ratio: error / session.noise.sqrt(), detail }
 }
 
 /// The refitted nominal model, judged; its starts are a first guess for every later one.

@@ -258,8 +258,8 @@ pub fn beside(session: &Session, single: &Candidate, effects: &[Id]) -> Vec<Cand
     if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_FURTHER, &|| ()) }
 }
 
-/// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended: alone, it may have
-/// gone astray on its way there.
+/// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended, and what it contains
+/// from there: alone, it may have gone astray on its way there.
 pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) {
     let pairs = candidates.iter().filter(|one| one.effects.len() == 2 && reaches(session.noise, baseline, one));
     let Some(pair) = pairs.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else { return };
@@ -271,4 +271,5 @@ pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut [Candidat
             single.improve(fit, evaluation);
         }
     }
+    level(session, candidates);
 }

@@ -82,12 +82,17 @@ impl Decision {
 #[must_use]
 pub fn reaches(noise: f64, baseline: &Candidate, model: &Candidate) -> bool {
     let ratio = (model.mean_square() / noise).sqrt();
-    let gained = baseline.mean_square() - model.mean_square();
-    let removed = gained / (baseline.mean_square() - noise).max(gained).max(f64::MIN_POSITIVE);
+    let removed = removed(noise, baseline, model);
     if model.effects.len() > 1 {
         return ratio <= PAIR_REACHES && removed >= EXPLAINS;
     }
     (ratio <= REACHES && removed >= EXPLAINS) || (ratio <= TRACE.0 && removed >= TRACE.1)
+}
+
+/// Share of the nominal model's excess over the floor (mean square) that a model removes, 1 at most.
+fn removed(noise: f64, baseline: &Candidate, model: &Candidate) -> f64 {
+    let gained = baseline.mean_square() - model.mean_square();
+    gained / (baseline.mean_square() - noise).max(gained).max(f64::MIN_POSITIVE)
 }
 
 /// Everything a comparison needs.
@@ -160,6 +165,22 @@ impl Selection<'_> {
         let values = before.iter().zip(&after).filter(|(b, _)| **b > self.noise).map(|(b, a)| excess(*b, *a)).collect();
         let (low, high) = interval(values, 0.025);
         [excess(self.baseline.mean_square(), model.mean_square()), low, high]
+    }
+
+    /// Whether some model takes most of the misfit away beyond doubt: then it is no noise, whatever a screen has seen from where
+    /// the refitted model stands.
+    #[must_use]
+    pub fn any_explains(&self) -> bool {
+        let explains = |model: &&Candidate| {
+            removed(self.noise, self.baseline, model) >= EXPLAINS && self.beats(model, self.baseline)
+        };
+        self.candidates.iter().any(|model| explains(&model))
+    }
+
+    /// Whether the refitted model leaves more than is looked over.
+    #[must_use]
+    pub fn leaves_much(noise: f64, baseline: &Candidate) -> bool {
+        baseline.mean_square() > NOTHING * NOTHING * noise
     }
 
     /// The verdict, where a screen has raised an alarm or not.

@@ -31,6 +31,9 @@ struct Arguments {
     /// First seed; those below 1000 were used for tuning
     #[arg(long, default_value_t = 1)]
     seed_base: u64,
+    /// Of these sets, only those with this seed, to look at one again; repeatable
+    #[arg(long, value_name = "SEED")]
+    only: Vec<u64>,
     /// Draw seeds that nobody has seen, and print them
     #[arg(long, conflicts_with = "seed_base")]
     release_seeds: bool,
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
     let examined = |count: usize, missing: bool| -> Vec<Outcome> {
         sets(count, seed, missing)
             .into_iter()
+            .filter(|set| arguments.only.is_empty() || arguments.only.contains(&set.seed))
             .map(|set| {
                 let outcome = examine(set);
                 println!("{}", outcome.line());
