@@ -1,5 +1,6 @@
 //! The simulated robot: every part of the world around the firmware, one control period at a time.
 
+use std::collections::VecDeque;
 use std::f64::consts::PI;
 
 use control::{Actuation, AdcCode, Sample};
@@ -17,7 +18,7 @@ use crate::plant::Plant;
 use crate::potentiometer::Potentiometer;
 use crate::random::{Source, Stream};
 use crate::second_sensor::{SecondSensor, Timing, voltage};
-use crate::shaft::{ShaftState, StepMeans, Stepper, Terminals};
+use crate::shaft::{Shaft, ShaftState, StepMeans, Stepper, Terminals};
 use crate::supply::Supply;
 
 /// Meaning of `Sample::time_us`.
@@ -106,7 +107,11 @@ pub struct SimulatedRobot {
     steps_per_tick: usize,
     tick_s: f64,
     driver: Driver,
+    /// The command on its way to the bridge, where it takes a while.
+    late: Option<Late>,
     supply: Supply,
+    /// What heat changes, where there is such an effect.
+    warmth: Option<Warmth>,
     state: ShaftState,
     means: StepMeans,
     sensor: AngleSensor,
@@ -120,6 +125,62 @@ pub struct SimulatedRobot {
     last_code: u16,
     energy_j: f64,
     tick: u64,
+}
+
+/// The shaft as cold as the file's, and what the winding and friction have turned into heat in this control period, J.
+#[derive(Clone, Copy, Debug)]
+struct Warmth {
+    cold: Shaft,
+    heat_j: [f64; 2],
+}
+
+/// The duties of past control periods, for a bridge that follows late.
+#[derive(Clone, Debug)]
+struct Late {
+    /// By this many integration steps.
+    steps: f64,
+    steps_per_tick: f64,
+    /// Newest first; `None`: every switch is off.
+    duties: VecDeque<Option<f64>>,
+    /// Steps taken in this period.
+    taken: f64,
+}
+
+impl Late {
+    /// A bridge that was open before.
+    fn new(latency_s: f64, tick_s: f64, steps_per_tick: usize) -> Option<Self> {
+        let ticks = latency_s / tick_s;
+        let duties = VecDeque::from(vec![None; ticks.ceil() as usize + 1]);
+        let per_tick = steps_per_tick as f64;
+        (latency_s > 0.0).then_some(Self { steps: ticks * per_tick, steps_per_tick: per_tick, duties, taken: 0.0 })
+    }
+
+    fn push(&mut self, duty: Option<f64>) {
+        self.duties.pop_back();
+        self.duties.push_front(duty);
+        self.taken = 0.0;
+    }
+
+    /// The duty that arrives over the next step: where two periods meet in it, their mean; of an open bridge and one that
+    /// drives, what holds longer.
+    fn next(&mut self) -> Option<f64> {
+        let from = self.taken - self.steps;
+        self.taken += 1.0;
+        let period = |at: f64| self.duties[(-(at / self.steps_per_tick).floor()).max(0.0) as usize];
+        // Rounding must not make a sliver of a period of a step that lies on its edge.
+        let (first, last) = (period(from + 1e-6), period(from + 1.0 - 1e-6));
+        let share = (from + 1.0).rem_euclid(self.steps_per_tick).min(1.0);
+        match (first, last) {
+            (Some(first), Some(last)) => Some(first + (last - first) * share),
+            _ => {
+                if share < 0.5 {
+                    first
+                } else {
+                    last
+                }
+            }
+        }
+    }
 }
 
 /// What holds during a control period.
@@ -172,6 +233,8 @@ impl SimulatedRobot {
             Sensor::Ideal | Sensor::Encoder(_) => None,
         };
         let mut simulated = Self {
+            late: Late::new(shaft.laws.command_age(), tick_s, steps_per_tick),
+            warmth: shaft.laws.warms().then_some(Warmth { cold: shaft, heat_j: [0.0; 2] }),
             stepper: shaft.stepper(step),
             steps_per_tick,
             tick_s,
@@ -240,18 +303,29 @@ impl SimulatedRobot {
         }
         let laws = &self.stepper.shaft().laws;
         let duty = self.driver.effective(actuation).map(|duty| laws.duty(duty));
+        if let Some(late) = &mut self.late {
+            late.push(duty);
+        }
+        Period { duty: self.at_motor(duty), cut: self.faults.lines[0].is_cut() }
+    }
+
+    /// The duty that a motor gets whose leads may be broken or swapped.
+    fn at_motor(&self, duty: Option<f64>) -> Option<f64> {
         let duty = duty.map(|duty| if self.faults.reversed { -duty } else { duty });
-        Period { duty: if self.faults.motor_open { None } else { duty }, cut: self.faults.lines[0].is_cut() }
+        if self.faults.motor_open { None } else { duty }
     }
 
     /// One integration step under a torque (N·m) on the output shaft from outside; how the shaft turned in it.
     pub(crate) fn step(&mut self, period: Period, torque: f64) -> ShaftMotion {
         let step = self.stepper.step();
         let before = self.state;
-        let terminals = match period.duty {
+        let arrived = self.late.as_mut().map(Late::next);
+        let duty = arrived.map_or(period.duty, |duty| self.at_motor(duty));
+        let terminals = match duty {
             Some(duty) => {
-                let rail = self.supply.drive(self.stepper.shaft(), duty, self.state.speed);
-                Terminals::Driven { voltage: duty * rail }
+                let speed = self.stepper.motor_speed(&self.state);
+                let rail = self.supply.drive(self.stepper.shaft(), duty, speed);
+                self.stepper.terminals(duty, rail)
             }
             None => {
                 self.supply.idle(&self.stepper.shaft().laws);
@@ -263,13 +337,17 @@ impl SimulatedRobot {
         } else {
             self.stepper.advance_under(&mut self.state, terminals, torque)
         };
-        if let Some(duty) = period.duty {
+        if let Some(warmth) = &mut self.warmth {
+            warmth.heat_j[0] += self.stepper.shaft().resistance_ohm * self.means.current * self.means.current * step;
+            warmth.heat_j[1] += self.means.rubbing_w * step;
+        }
+        if let Some(duty) = duty {
             self.supply.book(duty * self.means.current, step);
             self.energy_j += duty * self.means.current * self.supply.bridge_v() * step;
         }
         let seen = match &mut self.sensor {
             AngleSensor::Analogue(parts) => parts.0.step(self.state.angle, step, period.cut),
-            AngleSensor::Digital(_) => self.state.angle,
+            AngleSensor::Digital(digital) => digital.step(self.state.angle, step),
         };
         self.history.push(seen);
         if let Some(second) = &mut self.second {
@@ -285,6 +363,12 @@ impl SimulatedRobot {
     /// Ends a control period.
     pub(crate) fn end_period(&mut self) {
         self.supply.end_period(&self.stepper.shaft().laws, self.tick_s);
+        if let Some(Warmth { cold, heat_j }) = &mut self.warmth {
+            let [winding, friction] = heat_j.map(|heat| heat / self.tick_s);
+            *heat_j = [0.0; 2];
+            cold.laws.warm(&mut self.supply.states, winding, friction, self.tick_s);
+            self.stepper = cold.warmed(&self.supply.states).stepper(self.stepper.step());
+        }
         self.faults.advance(self.tick_s);
         self.tick += 1;
     }
@@ -309,7 +393,8 @@ impl SimulatedRobot {
             angle: self.state.angle,
             speed: self.state.speed,
             current: self.state.current,
-            terminal_v: shaft.torque_constant * self.state.speed + shaft.resistance_ohm * self.state.current,
+            terminal_v: shaft.torque_constant * self.stepper.motor_speed(&self.state)
+                + shaft.resistance_ohm * self.state.current,
             bridge_supply_v: self.supply.bridge_v(),
             battery_v: self.supply.cell.as_ref().map_or(self.supply.bridge_v(), |cell| cell.voltage()),
             in_gap: match &self.sensor {
@@ -391,10 +476,11 @@ impl SimulatedRobot {
     /// A step of a shaft that cannot move: the winding settles within it.
     fn blocked(&mut self, terminals: Terminals) -> StepMeans {
         let current = match terminals {
-            Terminals::Driven { voltage } => self.stepper.shaft().settled_current(voltage, 0.0).0,
+            Terminals::Driven { voltage } => self.stepper.shaft().settled_current(voltage, 0.0, 0.0).0,
+            Terminals::Switched { voltage, drop_v } => self.stepper.shaft().settled_current(voltage, 0.0, drop_v).0,
             Terminals::Open => 0.0,
         };
-        self.state.speed = 0.0;
+        (self.state.speed, self.state.twist_rate) = (0.0, 0.0);
         self.state.current = current;
         StepMeans { current, ..StepMeans::default() }
     }
@@ -442,10 +528,10 @@ impl AngleSensor {
         let scale = angle_scale(&robot.sensor);
         let encoder_noise = Stream::new(seed, Source::Encoder);
         match &robot.sensor {
-            Sensor::Ideal => Self::Digital(Box::new(Digital::new(scale, laws, 0.0, encoder_noise))),
+            Sensor::Ideal => Self::Digital(Box::new(Digital::new(scale, laws, 0.0, angle, encoder_noise))),
             Sensor::Encoder(encoder) => {
                 let noise = encoder.noise_deg.value.to_radians();
-                Self::Digital(Box::new(Digital::new(scale, laws, noise, encoder_noise)))
+                Self::Digital(Box::new(Digital::new(scale, laws, noise, angle, encoder_noise)))
             }
             Sensor::Potentiometer(file) => {
                 let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];

@@ -129,15 +129,15 @@ impl Supply {
         self.bridge_v
     }
 
-    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s), kept as the present one.
+    /// The rail (V) while the bridge drives with a duty at a motor's speed (rad/s), kept as the present one.
     pub fn drive(&mut self, shaft: &Shaft, duty: f64, speed: f64) -> f64 {
         self.bridge_v = self.rail(shaft, duty, speed, shaft.laws.supply_fallen(&self.states));
         self.bridge_v
     }
 
-    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s) and has fallen slowly by `fallen_v`.
+    /// The rail (V) while the bridge drives with a duty at a motor's speed (rad/s) and has fallen slowly by `fallen_v`.
     ///
-    /// Rail and current depend on each other, `v = e − R_s·duty·i` and `i = (duty·v − K ω ∓ drop)/R`, and are solved
+    /// Rail and current depend on each other, `v = e − R_s·duty·i` and `i = (duty·v − K ω ∓ drop)/R`, ω being the motor's speed, and are solved
     /// together at the settled current, so the supply's resistance has no lag of its own. Beyond the boost converter's
     /// current or power the rail falls to where the bridge takes no more.
     #[inline]
@@ -146,8 +146,10 @@ impl Supply {
         let open_v = (self.rail_v - fallen_v).max(0.0);
         let bridge = shaft.laws.bridge();
         let supply_ohm = shaft.laws.supply_resistance();
-        let net = duty * open_v - shaft.torque_constant * speed;
-        let excess = (net.abs() - bridge.drop_v).max(0.0).copysign(net);
+        let lost_v = duty * bridge.of_pulses_v.min(open_v);
+        let drop_v = bridge.drop_v + bridge.of_switched(duty) * open_v;
+        let net = duty * open_v - lost_v - shaft.torque_constant * speed;
+        let excess = (net.abs() - drop_v).max(0.0).copysign(net);
         let resistance = shaft.resistance_ohm + bridge.slope_ohm;
         let current = excess / (resistance + duty * duty * supply_ohm);
         let rail_v = (open_v - supply_ohm * duty * current).max(0.0);
@@ -156,7 +158,7 @@ impl Supply {
             let power_limit = cell.power_limit();
             if bridge_a + cell.logic_a > cell.limit_a || rail_v * (bridge_a + cell.logic_a) > power_limit {
                 // Voltage that the bridge must see before any current flows in this direction.
-                let opposing = shaft.torque_constant * speed + bridge.drop_v.copysign(net);
+                let opposing = shaft.torque_constant * speed + lost_v + drop_v.copysign(net);
                 let limited = limited_rail(cell, power_limit, duty, opposing, resistance);
                 return rail_v.min(limited).max(0.0);
             }

@@ -2,10 +2,15 @@
 
 /// What a key's name may end with, longest first where one ends with another.
 const UNITS: &[(&str, &str)] = &[
+    ("nm_s3_per_rad3", "N·m·s³/rad³"),
+    ("nm_s2_per_rad2", "N·m·s²/rad²"),
     ("nm_s_per_rad", "N·m·s/rad"),
     ("v_s_per_rad", "V·s/rad"),
     ("v_per_rad_s", "V/(rad·s)"),
     ("v_per_rad", "V/rad"),
+    ("v_per_as", "V/(A·s)"),
+    ("k_per_w", "K/W"),
+    ("per_w", "1/W"),
     ("nm_per_rad", "N·m/rad"),
     ("nm_per_a", "N·m/A"),
     ("n_s_per_m", "N·s/m"),

@@ -32,6 +32,7 @@ impl Effect for FootLoadFriction {
         ],
         acts: Acts::Foot,
         shows_in: Coordinate::Ground,
+        candidate: false,
         contains: &[],
         mistaken_for: &[],
         resembles: &[],

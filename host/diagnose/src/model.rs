@@ -18,6 +18,8 @@ pub struct Hidden {
     pub current: f64,
     /// How far the wiper is behind the shaft, rad.
     pub wiper_behind: f64,
+    /// How far the motor is ahead of a load behind a spring, rad, and how much faster, rad/s.
+    pub twist: [f64; 2],
     /// What the effects carry.
     pub states: States,
 }
@@ -45,9 +47,16 @@ pub struct Plant {
     shapes_duty: bool,
     converter: Option<ConverterError>,
     half_play: f64,
-    delay_s: f64,
+    /// Age of the reading against the drive that was commanded, s; and against the terminals' voltage.
+    delay_s: [f64; 2],
     /// Some effect acts between shaft and reading.
     bent: bool,
+    /// The reading follows the wiper with a memory.
+    follows: bool,
+    /// What turns into heat changes some effect.
+    warms: bool,
+    /// Half of the play between motor and load, rad.
+    half_gap: f64,
     longest_step: f64,
 }
 
@@ -58,6 +67,15 @@ const LONGEST_SPAN: f64 = 10.0;
 fn without(laws: &Laws, acts: impl Fn(Acts) -> bool) -> Laws {
     let mut left = *laws;
     for id in laws.listed().filter(|id| acts(id.spec().acts)) {
+        id.put(&mut left, None);
+    }
+    left
+}
+
+/// Laws without those that bend the readings and leave the motion, and what follows it, alone.
+fn without_bends(laws: &Laws) -> Laws {
+    let mut left = *laws;
+    for id in laws.listed().filter(|id| id.spec().acts == Acts::Sensor && !id.carries_state()) {
         id.put(&mut left, None);
     }
     left
@@ -78,7 +96,10 @@ impl Plant {
             stiff_supply: supply.cell.is_none() && !any(&shaft.laws, Acts::Supply),
             shapes_duty: any(&shaft.laws, Acts::Command),
             bent: any(&shaft.laws, Acts::Sensor),
-            delay_s: shaft.laws.reading_age(),
+            follows: shaft.laws.follows(),
+            warms: shaft.laws.warms(),
+            half_gap: shaft.laws.coupling().map_or(0.0, |coupling| coupling.half_gap),
+            delay_s: [shaft.laws.reading_age() + shaft.laws.command_age(), shaft.laws.reading_age()],
             shaft,
             supply,
             converter,
@@ -98,17 +119,25 @@ impl Plant {
     /// Whether another plant moves alike, so that only its readings differ.
     #[must_use]
     pub fn moves_like(&self, other: &Self) -> bool {
-        let motion =
-            |plant: &Self| Shaft { laws: without(&plant.shaft.laws, |acts| acts == Acts::Sensor), ..plant.shaft };
+        let motion = |plant: &Self| Shaft { laws: without_bends(&plant.shaft.laws), ..plant.shaft };
         motion(self) == motion(other) && self.delay_s == other.delay_s && self.half_play == other.half_play
     }
 
-    /// What no sensor sees at the start of a run, from the speed there.
+    /// What no sensor sees at the start of a run or after a hole in it, from the speed there and what was carried before the
+    /// hole.
     #[must_use]
-    pub fn hidden_at_start(&self, speed: f64) -> Hidden {
+    pub fn hidden_at_start(&self, speed: f64, before: &States) -> Hidden {
         // A shaft that turns slides and drags its wiper; one that does not is taken as relaxed.
         let dragging = (speed / 0.5).clamp(-1.0, 1.0);
-        Hidden { bristle: dragging, wiper_behind: self.half_play * dragging, ..Hidden::default() }
+        let mut states = self.shaft.laws.lasting(before);
+        self.shaft.laws.settle(&mut states, speed, dragging);
+        Hidden {
+            bristle: dragging,
+            wiper_behind: self.half_play * dragging,
+            twist: [self.half_gap * dragging, 0.0],
+            states,
+            ..Hidden::default()
+        }
     }
 
     /// Rolls out one segment from an angle and a speed at its first sample (at the time the sensor shows there, so a
@@ -123,17 +152,28 @@ impl Plant {
         wipers: &mut [f64],
         currents: Option<&mut [f64]>,
     ) -> End {
-        let shaft = if track.terminals_measured { &self.terminals } else { &self.shaft };
+        let cold = if track.terminals_measured { &self.terminals } else { &self.shaft };
+        let mut shaft = if self.warms { cold.warmed(&hidden.states) } else { *cold };
+        let [twist, twist_rate] = hidden.twist;
         let mut motion = Motion {
-            state: ShaftState { angle: start[0], speed: start[1], current: hidden.current, bristle: hidden.bristle },
+            state: ShaftState {
+                angle: start[0],
+                speed: start[1],
+                current: hidden.current,
+                bristle: hidden.bristle,
+                twist,
+                twist_rate,
+            },
             wiper: start[0] - hidden.wiper_behind,
             states: hidden.states,
             drawn_as: 0.0,
+            heat_j: [0.0; 2],
         };
-        let mut drive = DriveCursor::new(track, segment.first, self.delay_s);
+        let delay = self.delay_s[usize::from(track.terminals_measured)];
+        let mut drive = DriveCursor::new(track, segment.first, delay);
         let mut known: Option<(Stepper, usize, f64)> = None;
         let mut currents = currents;
-        wipers[0] = motion.wiper;
+        wipers[0] = self.shown(&motion);
         // The last sample leads on to the next segment. Where a hole in the recording lies between, nothing is carried
         // over it, and it may be hours long.
         let samples = segment.last - segment.first;
@@ -149,8 +189,9 @@ impl Plant {
                 known = Some((shaft.stepper(span / steps), steps as usize, span));
             }
             let Some((stepper, steps, _)) = &known else { continue };
+            let steps = *steps;
             let mut current = 0.0;
-            for j in 0..*steps {
+            for j in 0..steps {
                 let (step, from) = (stepper.step(), track.t[k] + j as f64 * stepper.step());
                 // A late drive switches the bridge inside a step: the step is cut there, for no mean stands for both.
                 let Some(first) = drive.switch_within(track, from, step) else {
@@ -167,18 +208,26 @@ impl Plant {
             // What the supply remembers advances with the mean current, as in a control period of the simulation.
             shaft.laws.draw(&mut motion.states, motion.drawn_as / span, span);
             motion.drawn_as = 0.0;
+            if self.warms {
+                let [winding, friction] = motion.heat_j.map(|heat| heat / span);
+                shaft.laws.warm(&mut motion.states, winding, friction, span);
+                motion.heat_j = [0.0; 2];
+                shaft = cold.warmed(&motion.states);
+                known = None;
+            }
             let place = k + 1 - segment.first;
             if k + 1 < segment.last {
-                wipers[place] = motion.wiper;
+                wipers[place] = self.shown(&motion);
             }
             if let Some(currents) = currents.as_deref_mut() {
-                currents[place - 1] = current / *steps as f64;
+                currents[place - 1] = current / steps as f64;
             }
         }
         let hidden = Hidden {
             bristle: motion.state.bristle,
             current: motion.state.current,
             wiper_behind: motion.state.angle - motion.wiper,
+            twist: [motion.state.twist, motion.state.twist_rate],
             states: motion.states,
         };
         End { hidden, shaft: [motion.state.angle, motion.state.speed] }
@@ -203,14 +252,28 @@ impl Plant {
                 self.supply.rail_v
             } else {
                 let fallen = shaft.laws.supply_fallen(&motion.states);
-                self.supply.rail(shaft, duty, motion.state.speed, fallen)
+                self.supply.rail(shaft, duty, stepper.motor_speed(&motion.state), fallen)
             };
-            Terminals::Driven { voltage: duty * rail }
+            stepper.terminals(duty, rail)
         };
         let means = stepper.advance(&mut motion.state, terminals);
         motion.drawn_as += duty * means.current * stepper.step();
-        motion.wiper = dragged(motion.wiper, self.half_play, motion.state.angle);
+        let before = motion.wiper;
+        motion.wiper = dragged(before, self.half_play, motion.state.angle);
+        if self.follows {
+            shaft.laws.follow(&mut motion.states, motion.wiper - before, stepper.step());
+        }
+        if self.warms {
+            motion.heat_j[0] += shaft.resistance_ohm * means.current * means.current * stepper.step();
+            motion.heat_j[1] += means.rubbing_w * stepper.step();
+        }
         means.current
+    }
+
+    /// Where the sensor sees the wiper, rad.
+    #[inline]
+    fn shown(&self, motion: &Motion) -> f64 {
+        if self.follows { motion.wiper - self.shaft.laws.behind(&motion.states) } else { motion.wiper }
     }
 }
 
@@ -222,6 +285,8 @@ struct Motion {
     states: States,
     /// Charge that the bridge has drawn since the last sample, A·s.
     drawn_as: f64,
+    /// What the winding and friction have turned into heat since the last sample, J.
+    heat_j: [f64; 2],
 }
 
 /// Parts of a step shorter than this share of it are not worth a step of their own.

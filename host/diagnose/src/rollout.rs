@@ -54,7 +54,7 @@ pub fn rollout(
         let hidden = match frozen {
             Some(frozen) => frozen[i],
             None if segment.linked => carried,
-            None => plant.hidden_at_start(starts[i][1]),
+            None => plant.hidden_at_start(starts[i][1], &carried.states),
         };
         rolled.hidden.push(hidden);
         let currents = if with_current { Some(&mut rolled.currents[offset..=offset + length]) } else { None };

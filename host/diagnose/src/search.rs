@@ -63,7 +63,7 @@ pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
         Acts::Shaft | Acts::Sensor => true,
         Acts::Foot | Acts::Ground => false,
     };
-    Id::all().filter(|&id| !in_file(id)).filter(shows).collect()
+    Id::all().filter(|&id| id.spec().candidate && !in_file(id)).filter(shows).collect()
 }
 
 /// Fits and judges every effect on its own; `done` is told after each. Where there is nothing to explain, a first look is
