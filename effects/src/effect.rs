@@ -90,7 +90,12 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
     // How a fit moves it.
 
     /// The numbers that a fit moves; each sets the parameter of the same place unless [`Self::values_of_fit`] says otherwise.
-    fn fit(sizes: &Sizes) -> Vec<FitNumber>;
+    /// None by default: recordings of the shaft do not show what acts at the feet or in the ground. Every other effect
+    /// has some.
+    #[must_use]
+    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
+        Vec::new()
+    }
 
     /// Puts the fit's numbers into the values, in the order of [`Spec::parameters`]. Values that no number sets stay.
     fn values_of_fit(numbers: &[f64], values: &mut [f64]) {

@@ -39,62 +39,149 @@ fn every_file_is_an_effect_of_its_name() {
     }
 }
 
-/// Where an effect may be named besides its file: the controller's design and the specimens that are drawn know some by what
-/// they do, the body on the ground has its own gravity.
-const MAY_NAME: [&str; 5] = [
-    "robot-file/src/design/",
-    "hal-sim/src/linearity.rs",
-    "hal-sim/src/robot.rs",
-    "hal-sim/src/second_sensor.rs",
-    "hal-sim/src/body/walking.rs",
+/// Where effects are named besides their files, which of them, and why.
+const NAMED: [(&str, &[&str], &str); 7] = [
+    (
+        "robot-file/src/design/fill.rs",
+        &["driver_drop", "driver_deadband", "battery_sag"],
+        "the firmware inverts what supply and bridge do to a duty",
+    ),
+    (
+        "robot-file/src/design/mod.rs",
+        &["driver_drop", "driver_deadband", "battery_sag"],
+        "the highest speed that is left is that of the voltage that they leave",
+    ),
+    (
+        "robot-file/src/design/model.rs",
+        &["coulomb_friction", "stribeck_friction", "load_friction", "driver_drop"],
+        "gains are designed for a linear model, and its friction and resistance are theirs",
+    ),
+    ("hal-sim/src/linearity.rs", &["sensor_nonlinearity"], "of a sensor the file knows bounds, a specimen is drawn"),
+    ("hal-sim/src/robot.rs", &["sensor_nonlinearity"], "the specimen's error in place of the file's"),
+    ("hal-sim/src/second_sensor.rs", &["sensor_nonlinearity"], "another specimen of the same sensor"),
+    ("hal-sim/src/body/walking.rs", &["gravity_tilt"], "a body on the ground has gravity of its own"),
 ];
+
+/// Rooms that must not know effects by name. `host` has one in each of its folders.
+const ROOMS: [&str; 6] = ["control", "robot-file", "shell", "hal-sim", "testbed", "host"];
+
+/// Sources of tests alone whose names do not say so.
+const TESTS: [&str; 1] = ["host/diagnose/src/measured.rs"];
+
+/// The folders with the sources of [`ROOMS`], from the root.
+fn sources() -> Vec<PathBuf> {
+    let inner = |room: PathBuf| {
+        let entries = std::fs::read_dir(root().join(&room)).unwrap_or_else(|e| panic!("{}: {e}", room.display()));
+        let names = entries.map(|entry| entry.unwrap()).filter(|entry| entry.path().is_dir());
+        names.map(|entry| room.join(entry.file_name())).collect::<Vec<_>>()
+    };
+    let rooms = ROOMS.into_iter().map(PathBuf::from);
+    let crates = rooms.flat_map(|room| if room == Path::new("host") { inner(room) } else { vec![room] });
+    crates.map(|room| room.join("src")).collect()
+}
+
+/// `driver_deadband` as a type: `DriverDeadband`.
+fn type_name(name: &str) -> String {
+    let words = name.split('_').map(|word| word[..1].to_uppercase() + &word[1..]);
+    words.collect()
+}
 
 #[test]
 fn an_effect_takes_one_file_and_one_line() {
     let lines = std::fs::read_to_string(root().join("effects/src/catalogue/mod.rs")).unwrap();
-    let mut elsewhere = Vec::new();
     for id in Id::all() {
-        let listed = lines.lines().filter(|line| line.trim_start().starts_with(&format!("{}::", id.name()))).count();
-        assert_eq!(listed, 1, "{} in the list", id.name());
-        for room in ["robot-file/src", "hal-sim/src", "host/diagnose/src", "host/plot/src", "host/mjcf/src"] {
-            mentions(&root().join(room), id.name(), &mut elsewhere);
-        }
+        let line = format!("{}::{},", id.name(), type_name(id.name()));
+        assert_eq!(lines.lines().filter(|listed| listed.trim() == line).count(), 1, "{line} in the list");
     }
-    elsewhere.retain(|place| !MAY_NAME.iter().any(|allowed| place.contains(allowed)));
+    let sources = sources();
+    let crates: Vec<_> = sources.iter().map(|source| source.to_string_lossy()).collect();
+    for needed in
+        ["host/diagnose/src", "host/plot/src", "host/mjcf/src", "host/sim/src", "host/sweep/src", "host/scram/src"]
+    {
+        assert!(crates.iter().any(|source| source == needed), "{needed} is not among {crates:?}");
+    }
+    let mut found = Vec::new();
+    for source in &sources {
+        mentions(source, &mut found);
+    }
+    let named: Vec<_> = NAMED.iter().flat_map(|(file, names, _)| names.iter().map(|name| (*file, *name))).collect();
+    let elsewhere = found.iter().filter(|(file, name, _)| !named.contains(&(file, name)));
+    let elsewhere: Vec<_> = elsewhere.map(|(file, name, line)| format!("{file}: {name}: {line}")).collect();
     assert!(elsewhere.is_empty(), "named outside of its file:\n{}", elsewhere.join("\n"));
+    for (file, name) in named {
+        assert!(
+            found.iter().any(|(there, other, _)| (there.as_str(), *other) == (file, name)),
+            "{file} names no {name}"
+        );
+    }
 }
 
-/// Lines of code (no comments, no tests) below a folder that name an effect.
-fn mentions(folder: &Path, name: &str, found: &mut Vec<String>) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for path in entries.map(|entry| entry.unwrap().path()) {
-        if path.is_dir() {
-            mentions(&path, name, found);
+/// Lines of code (no comments, no tests) below a folder that name an effect or its type: file, effect, line.
+fn mentions(folder: &Path, found: &mut Vec<(String, &'static str, String)>) {
+    let entries = std::fs::read_dir(root().join(folder)).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    for entry in entries.map(|entry| entry.unwrap()) {
+        let path = folder.join(entry.file_name());
+        let stem = path.file_stem().unwrap().to_string_lossy();
+        if entry.path().is_dir() {
+            mentions(&path, found);
             continue;
         }
-        let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
-        if path.extension().is_none_or(|end| end != "rs") || stem.contains("tests") || stem == "measured" {
+        let file = path.to_string_lossy().replace('\\', "/");
+        if path.extension().is_none_or(|end| end != "rs") || stem.contains("tests") || TESTS.contains(&file.as_str()) {
             continue;
         }
-        let text = std::fs::read_to_string(&path).unwrap();
-        let code = text.lines().take_while(|line| line.trim() != "#[cfg(test)]");
-        for line in code.filter(|line| !line.trim_start().starts_with("//")) {
-            let whole_word = line.match_indices(name).any(|(at, _)| {
-                let word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-                !word(line[..at].chars().next_back()) && !word(line[at + name.len()..].chars().next())
-            });
-            if whole_word {
-                found.push(format!("{}: {}", path.display(), line.trim()));
-            }
+        let text = std::fs::read_to_string(entry.path()).unwrap();
+        for line in without_tests(&text).filter(|line| !line.trim_start().starts_with("//")) {
+            let named = Id::all().map(Id::name).filter(|name| has_word(line, name) || has_word(line, &type_name(name)));
+            found.extend(named.map(|name| (file.clone(), name, line.trim().to_owned())));
         }
     }
 }
 
+/// A file's lines but for items under `#[cfg(test)]`: those end with a semicolon, or with a brace as far in as they began.
+fn without_tests(text: &str) -> impl Iterator<Item = &str> {
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let mut lines = text.lines();
+    std::iter::from_fn(move || {
+        let line = lines.next()?;
+        if line.trim() != "#[cfg(test)]" {
+            return Some(line);
+        }
+        let mut begins = true;
+        let over = |item: &&str| {
+            let whole = begins && item.ends_with(';');
+            // Further attributes stand before the item.
+            begins &= item.trim_start().starts_with('#');
+            whole || item.trim() == "}" && indent(item) == indent(line)
+        };
+        lines.by_ref().find(over);
+        Some("")
+    })
+}
+
+fn has_word(line: &str, name: &str) -> bool {
+    line.match_indices(name).any(|(at, _)| {
+        let word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+        !word(line[..at].chars().next_back()) && !word(line[at + name.len()..].chars().next())
+    })
+}
+
+#[test]
+fn items_of_tests_are_left_out_and_what_follows_is_not() {
+    let text = "a\n#[cfg(test)]\nmod tests;\nb\n#[cfg(test)]\n#[path = \"x\"]\nmod more;\nb\nimpl A {\n    #[cfg(test)]\n    fn f() {\n        x;\n    }\n    c\n}\n";
+    let kept: Vec<_> = without_tests(text).map(str::trim).filter(|line| !line.is_empty()).collect();
+    assert_eq!(kept, ["a", "b", "b", "impl A {", "c", "}"]);
+    assert!(has_word("let _ = GravityTilt::SPEC;", "GravityTilt") && !has_word("foot_load_friction", "load_friction"));
+    assert_eq!(type_name("gravity_tilt"), "GravityTilt");
+}
+
+/// What recordings of the shaft show has numbers to fit, and what acts on the ground has none.
 #[test]
 fn a_law_comes_back_from_its_fit() {
     for id in Id::all() {
         let spec = id.spec();
         let numbers = id.fit(&SIZES);
+        assert_eq!(numbers.is_empty(), spec.acts.on_the_ground(), "{}: what a fit moves", spec.name);
         // Somewhere inside the bounds, and off the special points.
         let inside: Vec<f64> = numbers.iter().map(|one| one.low + 0.37 * (one.high - one.low)).collect();
         let mut values: Vec<f64> =

@@ -105,7 +105,7 @@ pub struct Stepper {
     /// What a call advances by, s.
     whole_step: f64,
     /// What the equations are solved over, s: the same, or a part of it for a load behind a spring.
-    step: f64,
+    part: f64,
     /// Of what the motor turns by itself, kg·m².
     inertia: f64,
     coupled: Option<Coupled>,
@@ -246,9 +246,8 @@ impl Shaft {
     /// Works out what only depends on the step length (s).
     #[must_use]
     pub fn stepper(&self, step: f64) -> Stepper {
-        let whole_step = step;
         let coupled = self.laws.coupling().map(|law| Coupled::new(law, self.inertia_kg_m2, step));
-        let (step, inertia) = coupled.as_ref().map_or((step, self.inertia_kg_m2), |coupled| {
+        let (part, inertia) = coupled.as_ref().map_or((step, self.inertia_kg_m2), |coupled| {
             (step / coupled.parts as f64, self.inertia_kg_m2 - coupled.inertia)
         });
         let bridge = self.laws.bridge();
@@ -257,11 +256,11 @@ impl Shaft {
         let drag = self.laws.drag();
         Stepper {
             shaft: *self,
-            whole_step,
-            step,
+            whole_step: step,
+            part,
             inertia,
             coupled,
-            driven: Winding::new(tau, step),
+            driven: Winding::new(tau, part),
             bridge,
             takes_of_supply: bridge.of_supply > 0.0 || bridge.of_pulses_v > 0.0,
             has_friction: self.laws.presliding().is_some(),
@@ -270,7 +269,7 @@ impl Shaft {
             presliding,
             per_presliding: 1.0 / presliding,
             conductance: 1.0 / (self.resistance_ohm + bridge.slope_ohm),
-            stiffness: 0.25 * step * step / (presliding * inertia),
+            stiffness: 0.25 * part * part / (presliding * inertia),
         }
     }
 
@@ -356,12 +355,12 @@ impl Stepper {
         if let Some(coupled) = &self.coupled {
             return self.advance_coupled(coupled, state, terminals, torque);
         }
-        let own = self.shaft.laws.torque(state.angle + 0.5 * self.step * state.speed);
+        let own = self.shaft.laws.torque(state.angle + 0.5 * self.part * state.speed);
         let outside = own + torque;
         let begun = self.begin(state.angle, state.speed, state.current, terminals, outside);
         let (speed, friction) = self.solve(&begun, state.angle, state.speed, state.bristle, outside);
         let gained = (speed - state.speed) / begun.implicit;
-        let travel = self.step * speed;
+        let travel = self.part * speed;
         let mut means = self.finish(&begun, state, speed, gained, friction);
         state.angle += travel;
         state.speed += gained;
@@ -398,7 +397,7 @@ impl Stepper {
         let implicit = self.implicit_share(level);
         let mean_slope = slope * winding.ramp_mean / implicit;
         let motor_slope = shaft.torque_constant * mean_slope;
-        let gain = implicit * self.step / self.inertia;
+        let gain = implicit * self.part / self.inertia;
         let (resisting, damping) = match &self.drag {
             None => (shaft.viscous * start_speed, shaft.viscous),
             Some(drag) => {
@@ -432,9 +431,9 @@ impl Stepper {
         }
         let level = |speed: f64| {
             let transmitted = begun.motor_at_start + begun.motor_slope * (speed - start_speed) - outside;
-            self.shaft.laws.friction_level(angle + 0.5 * self.step * speed, speed, transmitted)
+            self.shaft.laws.friction_level(angle + 0.5 * self.part * speed, speed, transmitted)
         };
-        self.with_friction(bristle, free, begun.scale, begun.implicit * self.step, begun.level, level)
+        self.with_friction(bristle, free, begun.scale, begun.implicit * self.part, begun.level, level)
     }
 
     /// The current and the bristle after a step at a motor's speed (rad/s) that has gained this much (rad/s) against a
@@ -443,7 +442,7 @@ impl Stepper {
     fn finish(&self, begun: &Begun, state: &mut ShaftState, speed: f64, gained: f64, friction: f64) -> StepMeans {
         let Begun { settled, slope, winding, .. } = begun;
         if self.has_friction {
-            state.bristle = slide(state.bristle, self.step * speed, self.per_presliding).0;
+            state.bristle = slide(state.bristle, self.part * speed, self.per_presliding).0;
         }
         state.current =
             settled + (state.current - settled) * winding.decay + slope * gained * (1.0 - winding.mean_share);
@@ -489,7 +488,7 @@ impl Stepper {
     }
 
     fn advance_part(&self, coupled: &Coupled, state: &mut ShaftState, terminals: Terminals, torque: f64) -> StepMeans {
-        let step = self.step;
+        let step = self.part;
         let own = self.shaft.laws.torque(state.angle + 0.5 * step * state.speed);
         let outside = own + torque;
         let (motor_angle, motor_speed) = (state.angle + state.twist, state.speed + state.twist_rate);
@@ -514,7 +513,7 @@ impl Stepper {
             } else {
                 (low, high) = (rate, high.min(rate - excess));
             }
-            if !(excess.abs() > PRECISE * (1.0 + rate.abs())) {
+            if excess.is_nan() || excess.abs() <= PRECISE * (1.0 + rate.abs()) {
                 break;
             }
             let moved = PRECISE.sqrt() * (1.0 + rate.abs());

@@ -14,6 +14,8 @@ fn said(verdict: Verdict, causes: &[&[&str]]) -> Diagnosis {
     };
     Diagnosis {
         verdict,
+        models: Vec::new(),
+        limits: Vec::new(),
         causes: causes.iter().map(cause).collect(),
         noise_floor: 1e-3,
         before: 2e-3,

@@ -6,7 +6,7 @@ use diagnose::{Options, diagnose};
 use recording::{Recording, load};
 use robot_file::Robot;
 use serde_json::Value;
-use system_tests::blind::case::{self, Case, Category};
+use system_tests::blind::case::{self, Case, Category, Setting};
 use system_tests::blind::files::Decimals;
 use system_tests::blind::hidden::Effect;
 use system_tests::blind::rig;
@@ -25,7 +25,8 @@ fn run(number: usize) -> PathBuf {
 fn made() -> Case {
     let bench = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/bench-linear.toml");
     let robot_file = rig::flatten(&bench).expect("the bench's robot file");
-    case::draw_scaled(11, Category::Hidden, Some(HIDDEN), &robot_file, 0.4).expect("the bench's file has every number")
+    let short = Setting { share: 0.4, ..Setting::default() };
+    case::draw_with(11, Category::Hidden, Some(HIDDEN), &robot_file, &short).expect("the bench's file has every number")
 }
 
 /// Cells of a CSV as numbers; an empty cell is NaN.

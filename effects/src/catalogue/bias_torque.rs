@@ -28,7 +28,7 @@ impl Effect for BiasTorque {
         parameters: &[Parameter::new("torque_nm", "Counter-clockwise positive.", -10.0, 10.0)],
         acts: Acts::Shaft,
         shows_in: Coordinate::Voltage,
-        candidate: true,
+        candidate: false,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "gravity_tilt",

@@ -3,7 +3,6 @@
 //! An elliptic friction limit with the axes of the module (S. Goyal, A. Ruina, J. Papadopoulos, Wear 143, 1991).
 
 use crate::effect::Effect;
-use crate::fit::{FitNumber, Sizes};
 use crate::spec::{Acts, Coordinate, Parameter, Spec};
 
 /// Friction across the module against that along it.
@@ -41,10 +40,6 @@ impl Effect for FootAnisotropy {
 
     fn from_values(values: &[f64]) -> Self {
         Self { lateral_share: values[0] }
-    }
-
-    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
-        vec![FitNumber::log("lateral_share", "the feet's friction across", [0.8, 1.25], [0.1, 10.0], 1.0)]
     }
 
     #[inline]

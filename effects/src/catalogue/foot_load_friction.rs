@@ -4,7 +4,6 @@
 //! (H. Hertz, 1881; J. F. Archard, Proc. Roy. Soc. A 243, 1957).
 
 use crate::effect::Effect;
-use crate::fit::{FitNumber, Sizes};
 use crate::spec::{Acts, Coordinate, Parameter, Spec};
 
 /// Friction of a foot that falls with its load.
@@ -42,11 +41,6 @@ impl Effect for FootLoadFriction {
 
     fn from_values(values: &[f64]) -> Self {
         Self { exponent: values[0], load_n: values[1] }
-    }
-
-    /// The load is a reference, not an unknown: `ground.friction` moves with it.
-    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
-        vec![FitNumber::linear("foot_load_exponent", "the feet's load exponent", 0.05, 0.1, [0.0, 1.0])]
     }
 
     #[inline]

@@ -3,7 +3,6 @@
 //! `µ(v) = µ (1 + excess·exp(−(v/v_s)²))` (B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30, 1994).
 
 use crate::effect::Effect;
-use crate::fit::{FitNumber, Sizes};
 use crate::spec::{Acts, Coordinate, Parameter, Spec};
 
 /// Friction of a foot that is highest at rest.
@@ -41,13 +40,6 @@ impl Effect for FootStribeck {
 
     fn from_values(values: &[f64]) -> Self {
         Self { excess_share: values[0], speed_m_per_s: values[1] }
-    }
-
-    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
-        vec![
-            FitNumber::linear("foot_excess", "the feet's breakaway", 0.1, 0.2, [0.0, 10.0]),
-            FitNumber::log("foot_stribeck_speed", "the feet's Stribeck speed", [0.01, 0.1], [1e-4, 10.0], 2.0),
-        ]
     }
 
     #[inline]

@@ -161,7 +161,8 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, rounds: usize, tolerance:
     best
 }
 
-fn roll_all(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Rolled> {
+/// The rollouts of a fit's model from its starts.
+pub fn roll_all(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Rolled> {
     let plant = fit.plant(model);
     data.tracks
         .par_iter()
@@ -188,61 +189,91 @@ fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
-fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Reduced {
-    let size = fit.free.len();
-    let base = fit.plant(model);
-    let moved: Vec<(Plant, f64)> = (0..size)
+/// A plant with one number moved, and by how much; `None` for a number that is held.
+pub type Moved = Option<(Plant, f64)>;
+
+/// How the readings and currents of a track change with each of its starts' two unknowns and with each number.
+type Columns = Vec<(Vec<f64>, Vec<f64>)>;
+
+/// The [`Columns`] of every track: the starts' two, then the numbers'.
+pub fn sensitivities(data: &Data, base: &Plant, starts: &Starts, rolled: &[Rolled], moved: &[Moved]) -> Vec<Columns> {
+    let width = moved.len() + 2;
+    let tasks: Vec<(usize, usize)> =
+        (0..data.tracks.len()).flat_map(|track| (0..width).map(move |column| (track, column))).collect();
+    let mut columns: Vec<(Vec<f64>, Vec<f64>)> = tasks
+        .par_iter()
+        .map(|&(index, column)| {
+            let (track, starts, rolled) = (&data.tracks[index], &starts[index], &rolled[index]);
+            if column < 2 {
+                return (rollout::start_column(base, track, starts, rolled, column), Vec::new());
+            }
+            number_column(data, base, track, starts, rolled, &moved[column - 2])
+        })
+        .collect();
+    let mut tracks = Vec::with_capacity(data.tracks.len());
+    while !columns.is_empty() {
+        let rest = columns.split_off(width);
+        tracks.push(std::mem::replace(&mut columns, rest));
+    }
+    tracks
+}
+
+fn number_column(
+    data: &Data,
+    base: &Plant,
+    track: &Track,
+    starts: &[[f64; 2]],
+    rolled: &Rolled,
+    moved: &Moved,
+) -> (Vec<f64>, Vec<f64>) {
+    let Some((plant, delta)) = moved else {
+        return (vec![0.0; rolled.readings.len()], vec![0.0; rolled.currents.len()]);
+    };
+    if plant.moves_like(base) {
+        return (reading_column(base, plant, rolled, *delta), vec![0.0; rolled.currents.len()]);
+    }
+    let mut out = rollout::rollout(plant, track, starts, None, with_current(data, track));
+    for (value, base) in out.readings.iter_mut().zip(&rolled.readings) {
+        *value = (*value - base) / delta;
+    }
+    for (value, base) in out.currents.iter_mut().zip(&rolled.currents) {
+        *value = (*value - base) / delta;
+    }
+    (out.readings, out.currents)
+}
+
+/// The plants with each of a fit's numbers moved by its finite difference.
+pub fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
+    (0..fit.free.len())
         .map(|i| {
+            if fit.free[i].held() {
+                return None;
+            }
             let delta = fit.free[i].difference(fit.coordinates[i]);
             let mut coordinates = fit.coordinates.clone();
             coordinates[i] += delta;
-            (model.plant(&fit.effects, &fit.free, &coordinates), delta)
+            Some((model.plant(&fit.effects, &fit.free, &coordinates), delta))
         })
-        .collect();
-    // Columns 0 and 1: the starts; then the numbers.
-    let tasks: Vec<(usize, usize)> =
-        (0..data.tracks.len()).flat_map(|track| (0..size + 2).map(move |column| (track, column))).collect();
-    let columns: Vec<(Vec<f64>, Vec<f64>)> = tasks
-        .par_iter()
-        .map(|&(index, column)| {
-            let (track, starts, rolled) = (&data.tracks[index], &fit.starts[index], &rolled[index]);
-            if column < 2 {
-                return (rollout::start_column(&base, track, starts, rolled, column), Vec::new());
-            }
-            if fit.free[column - 2].held() {
-                return (vec![0.0; rolled.readings.len()], vec![0.0; rolled.currents.len()]);
-            }
-            let (plant, delta) = &moved[column - 2];
-            if plant.moves_like(&base) {
-                return (reading_column(&base, plant, rolled, *delta), vec![0.0; rolled.currents.len()]);
-            }
-            let mut out = rollout::rollout(plant, track, starts, None, with_current(data, track));
-            for (value, base) in out.readings.iter_mut().zip(&rolled.readings) {
-                *value = (*value - base) / delta;
-            }
-            for (value, base) in out.currents.iter_mut().zip(&rolled.currents) {
-                *value = (*value - base) / delta;
-            }
-            (out.readings, out.currents)
-        })
-        .collect();
-    let partial: Vec<_> = columns
-        .par_chunks(size + 2)
-        .enumerate()
-        .map(|(index, columns)| reduce(data, &data.tracks[index], &rolled[index], columns, size))
-        .collect();
+        .collect()
+}
+
+fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Reduced {
+    let size = fit.free.len();
+    let columns = sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved(model, fit));
     let mut reduced = Reduced {
         matrix: DMatrix::zeros(size, size),
         prior: fit.free.iter().map(|one| one.prior.powi(-2)).collect(),
         gradient: DVector::zeros(size),
         meat: DMatrix::zeros(size, size),
-        blocks: Vec::with_capacity(partial.len()),
+        blocks: Vec::with_capacity(columns.len()),
     };
-    for (matrix, gradient, meat, blocks) in partial {
-        reduced.matrix += matrix;
-        reduced.gradient += gradient;
-        reduced.meat += meat;
-        reduced.blocks.push(blocks);
+    for track in reduce_all(data, rolled, &columns) {
+        reduced.matrix += track.matrix;
+        for right in &track.gradients {
+            reduced.gradient += right;
+            reduced.meat += right * right.transpose();
+        }
+        reduced.blocks.push(track.blocks);
     }
     for (i, one) in fit.free.iter().enumerate() {
         let precision = reduced.prior[i];
@@ -252,24 +283,34 @@ fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Re
     reduced
 }
 
-type TrackEquations = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, Vec<(Normal2, Vec<[f64; 2]>)>);
+/// One track's share of the normal equations, the starts eliminated.
+pub struct TrackEquations {
+    /// Curvature.
+    pub matrix: DMatrix<f64>,
+    /// Per segment: gradient.
+    pub gradients: Vec<DVector<f64>>,
+    /// Per segment: the start's own equations and its coupling to the numbers.
+    pub blocks: Vec<(Normal2, Vec<[f64; 2]>)>,
+}
+
+/// Every track's share of the normal equations.
+pub fn reduce_all(data: &Data, rolled: &[Rolled], columns: &[Columns]) -> Vec<TrackEquations> {
+    columns
+        .par_iter()
+        .enumerate()
+        .map(|(index, columns)| reduce(data, &data.tracks[index], &rolled[index], columns))
+        .collect()
+}
 
 /// The column of a number that changes the readings and not the motion.
 fn reading_column(base: &Plant, moved: &Plant, rolled: &Rolled, delta: f64) -> Vec<f64> {
     rolled.wipers.iter().map(|wiper| (moved.reading(*wiper) - base.reading(*wiper)) / delta).collect()
 }
 
-/// One track's share of the normal equations.
-fn reduce(
-    data: &Data,
-    track: &Track,
-    rolled: &Rolled,
-    columns: &[(Vec<f64>, Vec<f64>)],
-    size: usize,
-) -> TrackEquations {
+fn reduce(data: &Data, track: &Track, rolled: &Rolled, columns: &Columns) -> TrackEquations {
+    let size = columns.len() - 2;
     let mut matrix = DMatrix::zeros(size, size);
-    let mut gradient = DVector::zeros(size);
-    let mut meat = DMatrix::zeros(size, size);
+    let mut gradients = Vec::with_capacity(track.segments.len());
     let mut blocks = Vec::with_capacity(track.segments.len());
     let weight = 1.0 / data.sigma;
     let mut place = 0;
@@ -315,11 +356,10 @@ fn reduce(
                 }
             }
         }
-        meat += &right * right.transpose();
-        gradient += &right;
+        gradients.push(right);
         blocks.push((own, coupling));
     }
-    (matrix, gradient, meat, blocks)
+    TrackEquations { matrix, gradients, blocks }
 }
 
 #[inline]

@@ -8,7 +8,7 @@
 use common::median;
 
 use super::rollout::{Rolled, residual};
-use super::track::Track;
+use super::track::{Segment, Track};
 
 /// Readings a window has, about.
 const READINGS: usize = 20;
@@ -48,23 +48,10 @@ pub fn scatter(track: &Track, rolled: &Rolled) -> Scatter {
     let mut windows = Vec::new();
     let mut place = 0;
     for segment in &track.segments {
-        let mut window: Vec<(usize, f64, f64)> = Vec::new();
-        for k in segment.first..segment.last {
-            let left = residual(track, segment, k, rolled.readings[place]);
-            place += 1;
-            if track.weight[k] > 0.0 {
-                let t = track.t[k];
-                let full = window.len() >= READINGS
-                    || window.first().is_some_and(|first| t - first.1 > LONGEST_S && window.len() >= FEWEST + 3);
-                if full {
-                    windows.push(std::mem::take(&mut window));
-                }
-                window.push((k, t, left));
-            }
-        }
-        windows.push(window);
+        let length = segment.last - segment.first;
+        windows.extend(windows_of(track, segment, &rolled.readings[place..place + length]));
+        place += length;
     }
-    windows.retain(|window| window.len() >= FEWEST);
     let mut usual: Vec<f64> = windows.iter().map(|window| middle_size(&cubic_leaves(window))).collect();
     let usual = median(&mut usual).unwrap_or(0.0);
     let mut scatter = Scatter::default();
@@ -74,8 +61,42 @@ pub fn scatter(track: &Track, rolled: &Rolled) -> Scatter {
     scatter
 }
 
+/// Sample, time and what is left, of readings that a cubic is fitted to.
+type Window = Vec<(usize, f64, f64)>;
+
+/// The windows of one segment.
+fn windows_of(track: &Track, segment: &Segment, readings: &[f64]) -> Vec<Window> {
+    let mut windows = Vec::new();
+    let mut window: Window = Vec::new();
+    for (k, reading) in (segment.first..segment.last).zip(readings) {
+        if track.weight[k] > 0.0 {
+            let t = track.t[k];
+            let full = window.len() >= READINGS
+                || window.first().is_some_and(|first| t - first.1 > LONGEST_S && window.len() >= FEWEST + 3);
+            if full {
+                windows.push(std::mem::take(&mut window));
+            }
+            window.push((k, t, residual(track, segment, k, *reading)));
+        }
+    }
+    windows.push(window);
+    windows.retain(|window| window.len() >= FEWEST);
+    windows
+}
+
+/// Mean square that cubics leave of one rollout, spikes that are known left out, rad²; `None` where no window is long enough.
+#[must_use]
+pub fn of_segment(track: &Track, segment: &Segment, readings: &[f64]) -> Option<f64> {
+    let add = |total: (f64, f64), window: &Window| {
+        let left = cubic_leaves(window);
+        (total.0 + left.iter().map(|value| value * value).sum::<f64>(), total.1 + (left.len() - COEFFICIENTS) as f64)
+    };
+    let (sum, freedom) = windows_of(track, segment, readings).iter().fold((0.0, 0.0), add);
+    (freedom > 0.0).then(|| sum / freedom)
+}
+
 /// Takes spikes out of one window, one after the other, and books what the rest leaves.
-fn clean(window: &[(usize, f64, f64)], usual: f64, scatter: &mut Scatter) {
+fn clean(window: &Window, usual: f64, scatter: &mut Scatter) {
     let mut kept = window.to_vec();
     let mut spikes = Vec::new();
     while kept.len() >= FEWEST {

@@ -49,11 +49,15 @@ mod extend;
 mod fit;
 mod floor;
 pub mod identify;
+mod inquiry;
 mod map;
 mod model;
+mod motion;
 mod nominal;
 mod numbers;
+mod probe;
 mod rollout;
+mod screen;
 mod search;
 mod selection;
 mod session;
@@ -67,22 +71,21 @@ mod measured;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use effects::Id;
 use robot_file::robot::Robot;
 
 use fit::Fit;
+use inquiry::{Found, Inquiry};
 use numbers::Number;
 use recording::Recording;
 use search::Candidate;
-use selection::{Decision, Selection, reaches};
+use selection::{Decision, Selection};
 use session::Session;
 
 pub use extend::extend;
 pub use verdict::{
-    CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Misfit, MisfitBin, MisfitCurve,
-    RolloutError, RolloutTrace, RunUse, TraceSample, Verdict,
+    CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,
+    MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample, Verdict,
 };
 
 /// Is told what is being done (a word or two) and the share done, 0 … 1.
@@ -160,9 +163,6 @@ const HOPELESS: (f64, f64) = (100.0, 0.35);
 /// The same where the fit drives two of R, K and J to five times or a fifth of what the file says.
 const IMPLAUSIBLE: f64 = 20.0;
 
-/// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
-const PASSES: usize = 3;
-
 /// Compares a robot file with recordings and says what the model lacks.
 ///
 /// # Errors
@@ -174,55 +174,13 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, DiagnoseError> {
     in_pool(options, || {
-        let tell = |what: &str, share: f64| {
-            if let Some(progress) = &options.progress {
-                progress(what, share);
-            }
-        };
-        tell("refitting the model's numbers", 0.0);
-        let (mut session, mut baseline) = open(robot, fit, held_out, options)?;
-        let effects = search::candidates(&session, robot);
-        let try_singles = |session: &Session, baseline: &Candidate, pass: usize| {
-            let done = AtomicUsize::new(0);
-            search::singles(session, baseline, &effects, &|| {
-                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                let passes = pass as f64 + done as f64 / effects.len() as f64;
-                tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
-            })
-        };
-        let mut candidates = try_singles(&session, &baseline, 0);
-        for pass in 1..PASSES {
-            // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
-            let open = !session.nothing_to_explain(&baseline.evaluation);
-            let best = best(&candidates).filter(|best| open && !reaches(session.noise, &baseline, best));
-            let Some(best) = best else { break };
-            if !session.drop_blind(&best.fit, options)? {
-                break;
-            }
-            let fit = session.settle(&baseline.fit);
-            baseline = judged(&mut session, fit);
-            refuse_wrong_rig(robot, &session, &baseline)?;
-            candidates = try_singles(&session, &baseline, pass);
-        }
-        refine_floor(&mut session, &candidates);
-        let bootstrap = bootstrap::Bootstrap::new(baseline.evaluation.errors.len(), options.seed);
-        let mut decision =
-            Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
-                .decide();
-        if decision.verdict == Verdict::Unexplained {
-            tell("fitting pairs of effects", 0.7);
-            candidates.extend(search::pairs(&session, &candidates));
-            search::apart(&session, &baseline, &mut candidates);
-            refine_floor(&mut session, &candidates);
-            decision =
-                Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
-                    .decide();
-        }
-        tell("writing down", 0.97);
-        let selection =
-            Selection { noise: session.noise, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
-        let diagnosis = write_down(robot, &session, &selection, &decision);
-        tell("done", 1.0);
+        let inquiry = Inquiry { robot, options };
+        inquiry.tell("refitting the model's numbers", 0.0);
+        let (session, baseline) = open(robot, fit, held_out, options)?;
+        let found = inquiry.run(session, baseline)?;
+        inquiry.tell("writing down", 0.97);
+        let diagnosis = write_down(robot, &found);
+        inquiry.tell("done", 1.0);
         Ok(diagnosis)
     })
 }
@@ -287,18 +245,9 @@ fn judged(session: &mut Session, fit: Fit) -> Candidate {
     Candidate { effects: Vec::new(), fit, evaluation }
 }
 
-fn best(candidates: &[Candidate]) -> Option<&Candidate> {
-    candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
-}
-
-/// A better model leaves fewer kinks in what the floor is measured on: the floor is the least that any model shows.
-fn refine_floor(session: &mut Session, candidates: &[Candidate]) {
-    if let Some(best) = best(candidates) {
-        session.noise = session.noise.min(session.scatter_about(&best.evaluation));
-    }
-}
-
-fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision: &Decision) -> Diagnosis {
+fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
+    let Found { session, decision, rest, .. } = found;
+    let selection = &found.selection();
     let named = decision.named().map(|index| &selection.candidates[index]);
     let also = decision.also(selection.candidates);
     let after = named.unwrap_or(selection.baseline);
@@ -313,7 +262,7 @@ fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision:
             parameters: values::of_effect(&extended, *effect),
         })
         .collect();
-    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after);
+    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, rest.follows());
     let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
     let mut class: Vec<Id> = also.iter().flatten().copied().collect();
     class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
@@ -331,6 +280,7 @@ fn write_down(robot: &Robot, session: &Session, selection: &Selection, decision:
         gain,
         next_experiment: words::next_experiment(&class, left_over.as_ref().map(|left| left.coordinate.as_str())),
         left_over,
+        limits: values::limits(&session.model, rest, &after.effects),
         detail: Detail {
             horizon_s: session.horizon_s,
             held_out_rollouts: selection.baseline.evaluation.errors.len(),

@@ -1,5 +1,6 @@
 //! Where the misfit lives: the held-out error against angle, speed, voltage and time, before and after.
 
+use super::probe::Follows;
 use super::rollout::residual;
 use super::search::Candidate;
 use super::session::Session;
@@ -59,13 +60,21 @@ fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point
     out
 }
 
-/// The curves, and where what is left after `after` is concentrated most.
+/// The curves, and where what is left after `after` is concentrated most: on the coordinate that it follows, where a screen has
+/// found one.
 #[must_use]
-pub fn misfit_map(session: &Session, before: &Candidate, after: &Candidate) -> (Vec<MisfitCurve>, Option<LeftOver>) {
+pub fn misfit_map(
+    session: &Session,
+    before: &Candidate,
+    after: &Candidate,
+    follows: Option<Follows>,
+) -> (Vec<MisfitCurve>, Option<LeftOver>) {
     let points = points(session, before, after);
     let curves: Vec<MisfitCurve> = (0..NAMES.len()).map(|axis| curve(&points, axis)).collect();
+    let sought = |curve: &&MisfitCurve| follows.is_none_or(|follows| follows.name() == curve.coordinate);
     let left_over = curves
         .iter()
+        .filter(sought)
         .filter_map(|curve| concentration(curve, session.noise))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, left_over)| left_over);

@@ -7,6 +7,7 @@ use hal_sim::shaft::{Shaft, ShaftState, Stepper, Terminals};
 use hal_sim::supply::Supply;
 
 use super::converter::ConverterError;
+use super::probe::{Follows, Moment, Probe};
 use super::track::{Segment, Track};
 
 /// What no sensor sees and what one rollout hands to the next.
@@ -58,6 +59,8 @@ pub struct Plant {
     /// Half of the play between motor and load, rad.
     half_gap: f64,
     longest_step: f64,
+    /// A term that no effect has, while a misfit is looked at.
+    probe: Option<Probe>,
 }
 
 /// A span of more than this many mean spans of its segment is a hole. No segment has one inside.
@@ -105,7 +108,14 @@ impl Plant {
             converter,
             half_play,
             longest_step,
+            probe: None,
         }
+    }
+
+    /// The same with a term that no effect has.
+    #[must_use]
+    pub fn with_probe(&self, probe: Probe) -> Self {
+        Self { probe: Some(probe), ..self.clone() }
     }
 
     /// What the sensor shows where the wiper stands at an angle, rad.
@@ -113,6 +123,7 @@ impl Plant {
     #[must_use]
     pub fn reading(&self, wiper: f64) -> f64 {
         let own = self.converter.as_ref().map_or(0.0, |converter| converter.error(wiper));
+        let own = own + self.probe.as_ref().map_or(0.0, |probe| probe.reading_error(wiper));
         if self.bent { wiper + (self.shaft.laws.reading_error(wiper) + own) } else { wiper + own }
     }
 
@@ -120,7 +131,12 @@ impl Plant {
     #[must_use]
     pub fn moves_like(&self, other: &Self) -> bool {
         let motion = |plant: &Self| Shaft { laws: without_bends(&plant.shaft.laws), ..plant.shaft };
-        motion(self) == motion(other) && self.delay_s == other.delay_s && self.half_play == other.half_play
+        let moves = |plant: &Self| plant.probe.is_some_and(|probe| probe.follows != Follows::Reading);
+        motion(self) == motion(other)
+            && self.delay_s == other.delay_s
+            && self.half_play == other.half_play
+            && !moves(self)
+            && !moves(other)
     }
 
     /// What no sensor sees at the start of a run or after a hole in it, from the speed there and what was carried before the
@@ -256,7 +272,15 @@ impl Plant {
             };
             stepper.terminals(duty, rail)
         };
-        let means = stepper.advance(&mut motion.state, terminals);
+        let torque = self.probe.as_ref().map_or(0.0, |probe| {
+            let voltage = match terminals {
+                Terminals::Driven { voltage } | Terminals::Switched { voltage, .. } => voltage,
+                Terminals::Open => 0.0,
+            };
+            let ShaftState { angle, speed, .. } = motion.state;
+            probe.torque(Moment { angle, speed, voltage, time: track.t[k] - track.t[0] })
+        });
+        let means = stepper.advance_under(&mut motion.state, terminals, torque);
         motion.drawn_as += duty * means.current * stepper.step();
         let before = motion.wiper;
         motion.wiper = dragged(before, self.half_play, motion.state.angle);

@@ -77,6 +77,18 @@ impl FileModel {
         Self { file, converter, effects, free, rail_v, sizes, time_constant_s, longest_step_s }
     }
 
+    /// Stall torque, or the largest that the file's own effects have, N·m.
+    #[must_use]
+    pub fn stall_torque(&self) -> f64 {
+        self.sizes.torque_nm
+    }
+
+    /// Speed without load at a voltage (V), rad/s.
+    #[must_use]
+    pub fn no_load_speed(&self, voltage: f64) -> f64 {
+        voltage / self.file.shaft.torque_constant
+    }
+
     /// The file's free numbers and those of added effects, from one of their starting points.
     #[must_use]
     pub fn with(&self, added: &[Id], start: usize) -> Vec<Free> {

@@ -66,14 +66,12 @@ pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
     Id::all().filter(|&id| id.spec().candidate && !in_file(id)).filter(shows).collect()
 }
 
-/// Fits and judges every effect on its own; `done` is told after each. Where there is nothing to explain, a first look is
-/// all that any gets.
+/// Fits and judges every effect on its own; `done` is told after each.
 #[must_use]
 pub fn singles(session: &Session, baseline: &Candidate, effects: &[Id], done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
     let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &baseline.fit)).collect();
-    let briefly = session.nothing_to_explain(&baseline.evaluation);
-    let mut candidates = try_all(session, &wanted, briefly, MOST_SINGLE, done);
-    if !briefly && baseline.fit.strayed() {
+    let mut candidates = try_all(session, &wanted, MOST_SINGLE, done);
+    if baseline.fit.strayed() {
         if !candidates.iter().any(|one| reaches(session.noise, baseline, one)) {
             from_file(session, &mut candidates);
             level(session, &mut candidates);
@@ -109,20 +107,13 @@ fn from_file(session: &Session, candidates: &mut [Candidate]) {
 
 /// Looks at every model briefly from each of its starting points, fits the promising ones (`most` of them) in full,
 /// judges all.
-fn try_all(
-    session: &Session,
-    wanted: &[(Vec<Id>, &Fit)],
-    briefly: bool,
-    most: usize,
-    done: &(dyn Fn() + Sync),
-) -> Vec<Candidate> {
+fn try_all(session: &Session, wanted: &[(Vec<Id>, &Fit)], most: usize, done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
     let looks: Vec<Fit> = wanted
         .par_iter()
         .map(|(effects, from)| {
             let starts = session.model.starts(effects);
-            let rounds = if briefly { 3 } else { LOOK };
             (0..starts)
-                .map(|start| session.look(effects, start, from, rounds))
+                .map(|start| session.look(effects, start, from, LOOK))
                 .min_by(|a, b| a.cost.total_cmp(&b.cost))
                 .unwrap_or_else(|| (*from).clone())
         })
@@ -146,15 +137,13 @@ fn try_all(
         .zip(excess)
         .map(|((look, (effects, _)), excess)| {
             let promising = excess <= bar || contained.contains(effects);
-            let fit = if promising && !briefly { session.finish(look, ROUNDS, TOLERANCE) } else { look };
+            let fit = if promising { session.finish(look, ROUNDS, TOLERANCE) } else { look };
             let evaluation = session.evaluate(&fit);
             done();
             Candidate { effects: effects.clone(), fit, evaluation }
         })
         .collect();
-    if !briefly {
-        level(session, &mut candidates);
-    }
+    level(session, &mut candidates);
     candidates
 }
 
@@ -231,7 +220,20 @@ pub fn pairs(session: &Session, singles: &[Candidate]) -> Vec<Candidate> {
         })
         .collect();
     wanted.extend(contained);
-    try_all(session, &wanted, false, MOST_FURTHER, &|| ())
+    try_all(session, &wanted, MOST_FURTHER, &|| ())
+}
+
+/// Fits and judges the first few of several effects beside the one of a single-effect model.
+#[must_use]
+pub fn beside(session: &Session, single: &Candidate, effects: &[Id]) -> Vec<Candidate> {
+    let with = |second: &Id| {
+        let mut pair = vec![single.effects[0], *second];
+        pair.sort();
+        (pair, &single.fit)
+    };
+    let wanted: Vec<(Vec<Id>, &Fit)> =
+        effects.iter().filter(|second| !single.effects[0].overlaps(**second)).take(MOST_FURTHER).map(with).collect();
+    if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_FURTHER, &|| ()) }
 }
 
 /// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended: alone, it may have

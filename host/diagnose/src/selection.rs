@@ -13,7 +13,7 @@ const PAIR_REACHES: f64 = 1.06;
 /// Up to this factor, a single effect that removes this share of the excess has reached the floor too.
 const TRACE: (f64, f64) = (1.22, 0.975);
 /// The refitted nominal model has nothing to explain up to this factor.
-pub const NOTHING: f64 = 1.08;
+const NOTHING: f64 = 1.08;
 /// A cause that does not reach the floor is still named if it removes this share of the held-out error: half of its
 /// mean square.
 const SUBSTANTIAL: f64 = 0.29;
@@ -24,6 +24,15 @@ const TRIMMED: f64 = 0.05;
 /// A richer model must be better by this share of the error to be preferred to a simpler one, however sure the
 /// difference is.
 const PAYS: f64 = 0.01;
+/// Or, of a small misfit, by this share of the nominal model's excess (mean square) over the floor.
+const PAYS_OF_EXCESS: f64 = 0.03;
+/// A second effect takes away at least this share of the nominal model's excess: a law of the library that is only nearly the
+/// right one leaves less.
+const SECOND_PAYS: f64 = 0.045;
+/// And never by less than this share of the floor (mean square).
+const PAYS_OF_NOISE: f64 = 0.0015;
+/// A richer model that is better than a simpler one by this share of the nominal model's excess stays beside it.
+const SUGGESTS: f64 = 0.01;
 /// Error of a comparison on each side; candidates are many, so it is small. It is read from
 /// [`Bootstrap::deciding_mean_squares`], of which 10 lie beyond it: the least of the 600 resamples that serve the reported
 /// intervals would stand for any tail below 1/600.
@@ -120,7 +129,10 @@ impl Selection<'_> {
     /// Whether `to` is better than `from` beyond doubt and by enough to matter.
     #[must_use]
     pub fn beats(&self, to: &Candidate, from: &Candidate) -> bool {
-        let pays = share(from.mean_square(), to.mean_square()) > PAYS;
+        let gained = from.mean_square() - to.mean_square();
+        let excess = self.baseline.mean_square() - self.noise;
+        let pays = share(from.mean_square(), to.mean_square()) > PAYS
+            || gained > (PAYS_OF_EXCESS * excess).max(PAYS_OF_NOISE * self.noise);
         if !pays {
             return false;
         }
@@ -128,6 +140,12 @@ impl Selection<'_> {
         let after = self.bootstrap.deciding_mean_squares(&to.evaluation.errors);
         let (low, _) = interval(before.iter().zip(&after).map(|(b, a)| share(*b, *a)).collect(), TAIL);
         low > 0.0
+    }
+
+    /// Whether a richer model is so much better than one that it contains that nobody would swear on the simpler one.
+    fn suggests(&self, rich: &Candidate, simple: &Candidate) -> bool {
+        let excess = self.baseline.mean_square() - self.noise;
+        simple.mean_square() - rich.mean_square() > SUGGESTS * excess.max(self.noise * 1e-3)
     }
 
     /// Share of the nominal model's excess over the floor (mean square) that a model removes.
@@ -141,11 +159,11 @@ impl Selection<'_> {
         [excess(self.baseline.mean_square(), model.mean_square()), low, high]
     }
 
-    /// The verdict.
+    /// The verdict, where a screen has raised an alarm or not.
     #[must_use]
-    pub fn decide(&self) -> Decision {
+    pub fn decide(&self, alarm: bool) -> Decision {
         let nothing = Decision { verdict: Verdict::Nothing, class: Vec::new() };
-        if self.ratio(self.baseline) <= NOTHING {
+        if !alarm {
             return nothing;
         }
         for effects in [1, 2] {
@@ -157,7 +175,26 @@ impl Selection<'_> {
                 return self.among(&reached, Verdict::Explained);
             }
         }
+        if self.ratio(self.baseline) <= NOTHING {
+            return nothing;
+        }
         self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, class: Vec::new() })
+    }
+
+    /// The decision for a pair of the named effect and another, where the second one takes away so much that it is more than
+    /// the named one's law in another form.
+    #[must_use]
+    pub fn with_second(&self, decision: &Decision) -> Option<Decision> {
+        let single = &self.candidates[decision.named()?];
+        let excess = self.baseline.mean_square() - self.noise;
+        let pays = |pair: &Candidate| single.mean_square() - pair.mean_square() > SECOND_PAYS * excess;
+        let pairs: Vec<usize> = (0..self.candidates.len())
+            .filter(|&i| {
+                self.candidates[i].effects.len() == 2 && self.candidates[i].effects.contains(&single.effects[0])
+            })
+            .filter(|&i| pays(&self.candidates[i]) && self.beats(&self.candidates[i], single))
+            .collect();
+        (!pairs.is_empty()).then(|| self.among(&pairs, Verdict::Explained))
     }
 
     /// Names one of several models of equal size, with those that it cannot be told from.
@@ -178,7 +215,10 @@ impl Selection<'_> {
             class.iter().any(|&j| {
                 let inner = &self.candidates[j].effects;
                 let covered = |one: &Id| inner.contains(one) || inner.iter().any(|other| one.contains(*other));
-                j != i && outer != inner && outer.iter().all(covered)
+                j != i
+                    && outer != inner
+                    && outer.iter().all(covered)
+                    && !self.suggests(&self.candidates[i], &self.candidates[j])
             })
         };
         let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i)).collect();
@@ -190,7 +230,7 @@ impl Selection<'_> {
     }
 
     /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share, with the rivals that
-    /// remove half as much.
+    /// remove half as much and are not clearly behind it.
     fn partial(&self) -> Option<Decision> {
         let single: Vec<usize> =
             (0..self.candidates.len()).filter(|&i| self.candidates[i].effects.len() == 1).collect();
@@ -202,10 +242,12 @@ impl Selection<'_> {
         if all < LEAST_OVERALL || value < SUBSTANTIAL || low < 0.5 * SUBSTANTIAL {
             return None;
         }
-        let rivals: Vec<usize> = single
-            .into_iter()
-            .filter(|&i| i == best || self.trimmed(self.baseline, &self.candidates[i])[0] > 0.5 * value)
-            .collect();
+        let is_rival = |i: &usize| {
+            let rival = &self.candidates[*i];
+            let [behind, low, _] = self.trimmed(rival, &self.candidates[best]);
+            self.trimmed(self.baseline, rival)[0] > 0.5 * value && !(behind > PAYS && low > 0.0)
+        };
+        let rivals: Vec<usize> = single.into_iter().filter(|i| *i == best || is_rival(i)).collect();
         Some(self.among(&rivals, Verdict::Unexplained))
     }
 
@@ -256,7 +298,7 @@ mod tests {
     fn decide(baseline: f64, candidates: &[Candidate]) -> Decision {
         let bootstrap = Bootstrap::new(100, 1);
         let baseline = model(&[], baseline);
-        Selection { noise: 1.0, baseline: &baseline, candidates, bootstrap: &bootstrap }.decide()
+        Selection { noise: 1.0, baseline: &baseline, candidates, bootstrap: &bootstrap }.decide(true)
     }
 
     #[test]

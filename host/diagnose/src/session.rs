@@ -10,7 +10,6 @@ use super::fit::{self, Data, Fit};
 use super::floor::{self, Scatter};
 use super::nominal::FileModel;
 use super::rollout::{self, Rolled, Starts};
-use super::selection;
 use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
 use recording::Recording;
@@ -364,12 +363,6 @@ impl Session {
             rolled.push(rollouts);
         }
         Evaluation { rolled, errors, starts }
-    }
-
-    /// Whether a model leaves nothing to explain.
-    #[must_use]
-    pub fn nothing_to_explain(&self, evaluation: &Evaluation) -> bool {
-        evaluation.mean_square() <= self.noise * selection::NOTHING * selection::NOTHING
     }
 
     /// Mean square noise about a judged model's rollouts, rad².

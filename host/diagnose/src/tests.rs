@@ -225,9 +225,19 @@ fn the_json_has_the_keys_of_the_format_and_no_more() {
     let diagnosis = diagnosed(&changed(|rig| rig.cos1 = 0.02), 2);
     let json = serde_json::to_value(&diagnosis).unwrap();
     let keys: Vec<&str> = json.as_object().unwrap().keys().map(String::as_str).collect();
-    let mut wanted =
-        ["verdict", "causes", "models", "noise_floor", "before", "after", "gain", "left_over", "next_experiment"]
-            .to_vec();
+    let mut wanted = [
+        "verdict",
+        "causes",
+        "models",
+        "limits",
+        "noise_floor",
+        "before",
+        "after",
+        "gain",
+        "left_over",
+        "next_experiment",
+    ]
+    .to_vec();
     wanted.sort_unstable();
     let mut keys = keys;
     keys.sort_unstable();

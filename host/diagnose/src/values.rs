@@ -9,7 +9,8 @@ use robot_file::robot::{Quantity, Robot};
 use super::fit::Fit;
 use super::nominal::FileModel;
 use super::numbers::{Free, Number};
-use super::verdict::FittedParameter;
+use super::screen::{Direction, Screen, Screened};
+use super::verdict::{FittedParameter, Limit};
 
 /// Standard deviations to the ends of a 95 % interval.
 const WIDE: f64 = 1.96;
@@ -93,6 +94,56 @@ fn slope(model: &FileModel, fit: &Fit, id: Id, place: usize, i: usize) -> f64 {
     // An angle may pass ±π in between.
     let change = if id.spec().parameters[place].in_degrees() { wrap(change) } else { change };
     change / (2.0 * STEP)
+}
+
+/// How large each effect may be that a screen of a model has not found.
+#[must_use]
+pub fn limits(model: &FileModel, screen: &Screen, named: &[Id]) -> Vec<Limit> {
+    let mut limits: Vec<Limit> = Vec::new();
+    for one in &screen.directions {
+        let Direction::Effect(id, _) = one.direction else { continue };
+        let limit = limit(model, id, one);
+        match limits.iter_mut().find(|known| known.effect == limit.effect) {
+            _ if named.iter().any(|named| *named == id || named.contains(id)) => {}
+            // Of two shapes, what the less visible one allows.
+            Some(known) => {
+                for (key, at_most) in &mut known.at_most {
+                    let other = limit.at_most[key];
+                    *at_most = at_most.zip(other).map(|(a, b)| a.max(b));
+                }
+                known.chance = known.chance.min(limit.chance);
+                known.would_show &= limit.would_show;
+            }
+            None => limits.push(limit),
+        }
+    }
+    limits
+}
+
+fn limit(model: &FileModel, id: Id, screened: &Screened) -> Limit {
+    let free = model.with(&[id], 0);
+    let of = |number: Number| free.iter().find(|one| one.number == number);
+    let at = |share: f64| {
+        let value = |number| {
+            let (_, limit) = screened.limits.iter().find(|(one, _)| *one == number)?;
+            Some(of(number)?.number(share * limit.min(1e9)))
+        };
+        model.values(&[id], value).remove(&id).unwrap_or_default()
+    };
+    let (absent, largest) = (at(0.0), at(1.0));
+    let unknown = screened.limits.iter().any(|(_, limit)| !limit.is_finite());
+    let keys = id.spec().parameters.iter().zip(absent.iter().zip(&largest));
+    let at_most = keys
+        .filter(|(key, (absent, largest))| absent != largest && !(key.in_degrees() && key.key.contains("direction")))
+        .map(|(key, (_, largest))| (key.key.to_owned(), (!unknown).then(|| key.from_si(largest.abs()))))
+        .collect();
+    let usual = |number: Number| of(number).map_or(0.0, |one| one.coordinate(one.start.abs().max(one.number(1.0))));
+    Limit {
+        effect: id.name().to_owned(),
+        at_most,
+        chance: screened.family_chance,
+        would_show: screened.limits.iter().all(|(number, limit)| *limit <= usual(*number)),
+    }
 }
 
 fn motor(robot: &Robot, number: Number, value: [f64; 3]) -> Vec<FittedParameter> {

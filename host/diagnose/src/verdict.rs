@@ -69,6 +69,20 @@ pub struct LeftOver {
     pub share: f64,
 }
 
+/// How large an effect may be that was not found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limit {
+    /// Name as in robot.toml's `[effects.NAME]`.
+    pub effect: String,
+    /// Upper one-sided 95 % limits of what makes it large, by robot.toml key, in the unit that the key's name ends with; `null`
+    /// where these runs say nothing of it.
+    pub at_most: BTreeMap<String, Option<f64>>,
+    /// Chance that an effect which is not there looks as likely somewhere in the library.
+    pub chance: f64,
+    /// These runs would show an effect of the size that the catalogue calls usual.
+    pub would_show: bool,
+}
+
 /// A diagnosis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
@@ -89,11 +103,24 @@ pub struct Diagnosis {
     pub gain: Gain,
     /// Where the rest lives; `None` when nothing is left.
     pub left_over: Option<LeftOver>,
+    /// How large each effect that is not named may still be.
+    pub limits: Vec<Limit>,
     /// The experiment that would decide, when these data cannot.
     pub next_experiment: Option<String>,
     /// Everything that a report draws; not in the JSON.
     #[serde(skip)]
     pub detail: Detail,
+}
+
+/// Beyond this many floors an error without a cause is noise that remembers.
+const REMEMBERS: f64 = 1.1;
+
+impl Diagnosis {
+    /// Whether nothing is missing though the error is larger than the fast scatter of the reading: its noise remembers.
+    #[must_use]
+    pub fn remembers(&self) -> bool {
+        self.verdict == Verdict::Nothing && self.before > REMEMBERS * self.noise_floor
+    }
 }
 
 /// The evidence behind a [`Diagnosis`].

@@ -109,6 +109,11 @@ pub fn summary(diagnosis: &Diagnosis) -> Vec<String> {
         .collect();
     let causes = causes.join(" and ");
     out.push(match diagnosis.verdict {
+        Verdict::Nothing if diagnosis.remembers() => {
+            "There is nothing to explain: what is left is alike in every rollout, whatever the shaft does. The reading's \
+             noise is not white."
+                .to_owned()
+        }
         Verdict::Nothing => "There is nothing to explain: only numbers were wrong, not the model.".to_owned(),
         Verdict::Explained => {
             format!("The model lacks {causes}; with it the error is {:.3}°.", degrees(diagnosis.after))

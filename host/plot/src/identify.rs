@@ -3,12 +3,15 @@
 use crate::report::svg::{Chart, STYLE, fixed, number, range};
 use diagnose::identify::{PotentiometerFit, ResidualBin};
 
+/// Of the picture, pixels.
+const SIZE: (f64, f64) = (720.0, 320.0);
+
 /// Error of the reading over the shaft angle before and after, the blind arc shaded: a self-contained SVG file.
 #[must_use]
 pub fn residual_svg(fit: &PotentiometerFit) -> String {
     let all = fit.bins.iter().flat_map(|b| [b.before_deg, b.after_deg]).chain([-0.5, 0.5]);
     let y = range(all).unwrap_or((-1.0, 1.0));
-    let mut chart = Chart::new("residual", (720.0, 320.0), (-180.0, 180.0), y);
+    let mut chart = Chart::new("residual", SIZE, (-180.0, 180.0), y);
     let (from, to) = (fit.correction.blind_from_deg, fit.correction.blind_to_deg);
     chart.shade(from, to);
     chart.level(0.0, "floor");
@@ -42,6 +45,7 @@ pub fn residual_svg(fit: &PotentiometerFit) -> String {
     let svg = chart.finish(&title, "shaft angle, °", "error, °", &title);
     // A style sheet of its own, so that the file stands alone; a page's would do for an inlined one.
     let paper = "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>";
+    let svg = svg.replacen("<svg ", &format!("<svg width=\"{}\" height=\"{}\" ", SIZE.0, SIZE.1), 1);
     svg.replacen("<defs>", &format!("<style>{}</style>{paper}<defs>", fixed(STYLE)), 1)
 }
 
@@ -63,6 +67,8 @@ mod tests {
         let fit = potentiometer(&robot, &recording(&trace, &robot)).unwrap();
         let svg = residual_svg(&fit);
         roxmltree::Document::parse(&svg).unwrap();
+        let titled = crate::under_title("scram-26, run.mcap", &svg);
+        assert!(titled.contains(">scram-26, run.mcap</text>") && titled.contains("height=\"354\""), "{titled}");
         // Programs other than browsers show what they do not know in black.
         assert!(!svg.contains("var(") && svg.contains("stroke:#c8500a") && svg.contains("stroke:#0a63c9"), "{svg}");
         if let Ok(folder) = std::env::var("SCRAM_REPORT_SAMPLES") {

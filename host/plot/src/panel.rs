@@ -1,6 +1,8 @@
 //! One style for every plot: a panel has a title, a legend beside it, labelled axes, and lines over shaded bands.
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{BoldPoints, Ranged};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::timeline::Timeline;
@@ -17,6 +19,9 @@ const LEFT: i32 = 82;
 const Y_LABELS: i32 = 74;
 /// Right of what is drawn, pixels.
 const RIGHT: i32 = 24;
+/// Marks of the axes at most.
+const X_MARKS: usize = 11;
+const Y_MARKS: usize = 6;
 /// Points that a line keeps: more than a screen has columns.
 const MOST_POINTS: usize = 4000;
 /// Height of the bar along the edge where a line is beyond it, as a share of the panel's.
@@ -158,16 +163,16 @@ fn draw(panel: &Panel, area: &Area<'_>, x_label: bool) -> Drawn {
                 .map(|(from, to)| Rectangle::new([(from, low), (to, high)], SHADE.filled())),
         )?;
     }
-    let y_mark = |y: &f64| tick_label(*y, high - low);
-    let x_mark = |x: &f64| tick_label(*x, panel.x.1 - panel.x.0);
+    let (x_digits, y_digits) = (decimals(&marks(panel.x, X_MARKS)), decimals(&marks((low, high), Y_MARKS)));
+    let (x_mark, y_mark) = (|x: &f64| tick_label(*x, x_digits), |y: &f64| tick_label(*y, y_digits));
     let mut mesh = chart.configure_mesh();
     mesh.label_style(("sans-serif", 15).into_font().color(&INK))
         .axis_desc_style(("sans-serif", 16).into_font().color(&INK))
         .axis_style(INK)
         .bold_line_style(GRID)
         .light_line_style(TRANSPARENT)
-        .x_labels(11)
-        .y_labels(6)
+        .x_labels(X_MARKS)
+        .y_labels(Y_MARKS)
         .y_label_formatter(&y_mark)
         .x_label_formatter(&x_mark)
         .y_desc(&panel.y_label);
@@ -243,9 +248,20 @@ fn heading(panel: &Panel, area: &Area<'_>) -> Drawn {
     Ok(())
 }
 
-/// Digits that tell the marks of an axis apart.
-pub(super) fn tick_label(value: f64, span: f64) -> String {
-    let decimals = if span >= 20.0 { 0 } else { (2.0 - span.log10().floor()).clamp(1.0, 6.0) as usize - 1 };
+/// The marks of an axis over a range: round numbers, so many at most.
+pub(super) fn marks((low, high): (f64, f64), most: usize) -> Vec<f64> {
+    RangedCoordf64::from(low..high).key_points(BoldPoints(most))
+}
+
+/// Decimals that marks have: as many as the roundest writing of all of them takes.
+pub(super) fn decimals(marks: &[f64]) -> usize {
+    const MOST: usize = 6;
+    let whole = |scale: f64| marks.iter().all(|mark| (mark * scale - (mark * scale).round()).abs() < 1e-3);
+    (0..MOST).find(|decimals| whole(10f64.powi(*decimals as i32))).unwrap_or(MOST)
+}
+
+/// A mark of an axis.
+pub(super) fn tick_label(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
         "0".into()
@@ -340,9 +356,15 @@ mod tests {
 
     #[test]
     fn marks_have_as_many_digits_as_they_need() {
-        assert_eq!(tick_label(6.98, 0.1), "6.98");
-        assert_eq!(tick_label(-180.0, 360.0), "−180");
-        assert_eq!(tick_label(-1e-17, 2.0), "0");
-        assert_eq!(tick_label(0.2, 2.0), "0.2");
+        let labels = |range: (f64, f64), most: usize| {
+            let marks = marks(range, most);
+            let decimals = decimals(&marks);
+            marks.iter().map(|mark| tick_label(*mark, decimals)).collect::<Vec<_>>()
+        };
+        assert_eq!(labels((6.96, 7.03), 6), ["6.96", "6.98", "7.00", "7.02"]);
+        assert_eq!(labels((-185.0, 185.0), 6), ["−100", "0", "100"]);
+        assert_eq!(labels((-4.0, 9.0), 6), ["0", "5"]);
+        assert_eq!(labels((-0.9, 0.9), 6), ["−0.5", "0", "0.5"]);
+        assert_eq!(tick_label(-1e-17, 1), "0");
     }
 }

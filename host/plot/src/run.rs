@@ -141,7 +141,7 @@ impl<'a> View<'a> {
                 lines.push(Line { label: label.into(), colour: TARGET, dashed: true, width: 2, points });
             }
         }
-        self.panel("Angle of the shaft", "angle / °", lines)
+        self.panel("Angle of the shaft, counter-clockwise positive", "angle / °", lines)
     }
 
     /// Estimate, truth and readings over the last turns.
@@ -176,7 +176,7 @@ impl<'a> View<'a> {
 
     fn current(&self) -> Panel {
         let line = self.line("", CURRENT, |t| Some(1e3 * t.truth.current));
-        Panel { band: None, ..self.panel("Winding current", "current / mA", vec![line]) }
+        Panel { band: None, ..self.panel("Winding current, counter-clockwise positive", "current / mA", vec![line]) }
     }
 }
 

@@ -2,23 +2,56 @@
 
 use crate::report::svg::escape;
 
-/// Height of the title, pixels.
+/// Height of a title of one line, and of every further line, pixels.
 const HEIGHT: f64 = 34.0;
+const LINE: f64 = 20.0;
+/// Mean width of a character, pixels, and how many a line has at least.
+const CHARACTER: f64 = 9.3;
+const LEAST: usize = 40;
 
-/// An SVG under a line of text. What is no SVG with a width and a height comes back as it is.
+/// An SVG under a text, in as many lines as its width takes. What is no SVG with a width and a height comes back as it is.
 #[must_use]
 pub fn under_title(title: &str, svg: &str) -> String {
     let Some((start, size)) = svg.find("<svg").zip(size(svg)) else { return svg.to_owned() };
     let (width, height) = size;
     let text = escape(title);
-    let inner = svg[start..].replacen("<svg", &format!("<svg y=\"{HEIGHT}\""), 1);
+    let lines = broken(title, (((width - 40.0) / CHARACTER) as usize).max(LEAST));
+    let above = HEIGHT + LINE * lines.len().saturating_sub(1) as f64;
+    let lines: String = lines
+        .iter()
+        .enumerate()
+        .map(|(index, line)| {
+            format!(
+                "<text x=\"20\" y=\"{}\" font-family=\"sans-serif\" font-size=\"15\" font-weight=\"bold\" \
+                 fill=\"#282828\">{}</text>\n",
+                23.0 + LINE * index as f64,
+                escape(line)
+            )
+        })
+        .collect();
+    let inner = svg[start..].replacen("<svg", &format!("<svg y=\"{above}\""), 1);
     format!(
         "<svg width=\"{width}\" height=\"{full}\" viewBox=\"0 0 {width} {full}\" xmlns=\"http://www.w3.org/2000/svg\">\n\
          <title>{text}</title>\n<rect width=\"{width}\" height=\"{full}\" fill=\"#FFFFFF\"/>\n\
-         <text x=\"20\" y=\"23\" font-family=\"sans-serif\" font-size=\"15\" font-weight=\"bold\" fill=\"#282828\">{text}</text>\n\
-         {inner}\n</svg>\n",
-        full = height + HEIGHT,
+         {lines}{inner}\n</svg>\n",
+        full = height + above,
     )
+}
+
+/// The words of a text in lines of so many characters.
+fn broken(text: &str, most: usize) -> Vec<String> {
+    let mut lines: Vec<String> = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= most => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Width and height of an SVG, pixels.
@@ -45,5 +78,11 @@ mod tests {
         let nested = root.children().find(|node| node.tag_name().name() == "svg").unwrap();
         assert_eq!((nested.attribute("y"), nested.attribute("height")), (Some("34"), Some("20")));
         assert_eq!(under_title("title", "no picture"), "no picture");
+        let long = under_title("scram-26, freq:7 for 2 s, seed 1, sensor-open@1, on the ground", inner);
+        let document = roxmltree::Document::parse(&long).unwrap();
+        let root = document.root_element();
+        let texts: Vec<_> = root.children().filter(|node| node.has_tag_name("text")).filter_map(|n| n.text()).collect();
+        assert_eq!(texts, ["scram-26, freq:7 for 2 s, seed 1,", "sensor-open@1, on the ground"]);
+        assert_eq!(root.attribute("height"), Some("74"));
     }
 }

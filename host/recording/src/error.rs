@@ -159,6 +159,18 @@ pub enum RecordingError {
         /// What there is of it.
         kept: Left,
     },
+    /// There is room, but not for so large a file.
+    #[error("{}: the file is larger than it may be here: {kept}", path.display())]
+    #[diagnostic(help(
+        "a limit of this shell (`ulimit -f`) or of the file system (4 GiB on FAT) is reached: raise it, choose another \
+         directory with --out, or make a shorter run"
+    ))]
+    TooLarge {
+        /// Path of the file, as given.
+        path: PathBuf,
+        /// What there is of it.
+        kept: Left,
+    },
     /// A recording that grew cannot go on.
     #[error("{}: the recording has stopped: {why}", path.display())]
     #[diagnostic(help("what was recorded until then is readable; begin a new recording once that is mended"))]
@@ -225,13 +237,23 @@ pub fn is_disk_full(error: &std::io::Error) -> bool {
     matches!(error.kind(), std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded)
 }
 
+/// Whether a file does not fit: no room is left, or it would be larger than a file may be.
+#[must_use]
+pub fn does_not_fit(error: &std::io::Error) -> bool {
+    is_disk_full(error) || error.kind() == std::io::ErrorKind::FileTooLarge
+}
+
 impl RecordingError {
     /// Why a file that is whole or not there could not be read or written.
     #[must_use]
     pub fn io(path: &Path, source: std::io::Error) -> Self {
+        let path = path.to_owned();
         if is_disk_full(&source) {
-            return Self::DiskFull { path: path.to_owned(), kept: Left::Before };
+            return Self::DiskFull { path, kept: Left::Before };
         }
-        Self::Io { path: path.to_owned(), source }
+        if does_not_fit(&source) {
+            return Self::TooLarge { path, kept: Left::Before };
+        }
+        Self::Io { path, source }
     }
 }

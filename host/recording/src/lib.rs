@@ -52,7 +52,7 @@ use std::path::{Path, PathBuf};
 pub use builder::Kept;
 pub use csv_write::{write_csv, write_csv_run, write_csv_with};
 pub use entries::{Entry, FullRow, entries, entries_with, events};
-pub use error::{Left, Place, RecordingError, RowNumber, is_disk_full};
+pub use error::{Left, Place, RecordingError, RowNumber, does_not_fit, is_disk_full};
 pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_with};
 pub use metadata::Metadata;
 pub use progress::Progress;

@@ -5,6 +5,7 @@
 //! indexes; the metadata comes first, so that even a file that was cut off tells what it is.
 
 use std::collections::BTreeMap;
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
@@ -58,18 +59,67 @@ pub fn write_mcap_run(
     rows::check_rectangular(path, recording, extra)?;
     log.check(path, recording)?;
     let metadata = metadata.to_toml(path)?;
-    write_atomically::<std::io::Error>(path, |file| write(file, recording, extra, log, &metadata).map_err(into_io))
+    write_atomically::<io::Error>(path, |file| write_watched(file, recording, extra, log, &metadata))
         .map_err(|e| RecordingError::io(path, e))
 }
 
-pub(super) fn into_io(error: mcap::McapError) -> std::io::Error {
-    match error {
-        mcap::McapError::Io(source) => source,
-        other => std::io::Error::other(other),
+/// Writes, and fails with the file's own error.
+fn write_watched(
+    file: impl Write + Seek,
+    recording: &Recording,
+    extra: &[ExtraColumn],
+    log: &RunLog,
+    metadata: &str,
+) -> io::Result<()> {
+    let mut file = Watched { file, error: None };
+    let written = write(&mut file, recording, extra, log, metadata);
+    written.map_err(|error| file.error.take().unwrap_or_else(|| into_io(error)))
+}
+
+/// A file that keeps its first error. `mcap` wraps the errors of some writes so that neither their kind nor their source can be
+/// asked for, and a full disk would not be known as one.
+struct Watched<W> {
+    file: W,
+    error: Option<io::Error>,
+}
+
+impl<W> Watched<W> {
+    fn watch<R>(&mut self, operation: impl FnOnce(&mut W) -> io::Result<R>) -> io::Result<R> {
+        operation(&mut self.file).inspect_err(|error| {
+            // An interrupted write is tried again.
+            if error.kind() != io::ErrorKind::Interrupted {
+                // An error cannot be copied, but what it says can.
+                let copy = || error.raw_os_error().map_or_else(|| error.kind().into(), io::Error::from_raw_os_error);
+                self.error.get_or_insert_with(copy);
+            }
+        })
     }
 }
 
-fn write<W: std::io::Write + std::io::Seek>(
+impl<W: Write> Write for Watched<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.watch(|file| file.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.watch(Write::flush)
+    }
+}
+
+impl<W: Seek> Seek for Watched<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.watch(|file| file.seek(to))
+    }
+}
+
+pub(super) fn into_io(error: mcap::McapError) -> io::Error {
+    match error {
+        mcap::McapError::Io(source) => source,
+        other => io::Error::other(other),
+    }
+}
+
+fn write<W: Write + Seek>(
     file: W,
     recording: &Recording,
     extra: &[ExtraColumn],
@@ -134,11 +184,7 @@ struct EventChannels {
 }
 
 impl EventChannels {
-    fn begin<W: std::io::Write + std::io::Seek>(
-        writer: &mut mcap::Writer<W>,
-        log: &RunLog,
-        two_sensors: bool,
-    ) -> mcap::McapResult<Self> {
+    fn begin<W: Write + Seek>(writer: &mut mcap::Writer<W>, log: &RunLog, two_sensors: bool) -> mcap::McapResult<Self> {
         let mut add = |topic: &str, name: &str, schema: Value| {
             let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
             writer.add_channel(schema, topic, "json", &BTreeMap::new())
@@ -149,7 +195,7 @@ impl EventChannels {
         })
     }
 
-    fn command<W: std::io::Write + std::io::Seek>(
+    fn command<W: Write + Seek>(
         &self,
         writer: &mut mcap::Writer<W>,
         header: &mcap::records::MessageHeader,
@@ -162,7 +208,7 @@ impl EventChannels {
     }
 
     /// Where it changes.
-    fn state<W: std::io::Write + std::io::Seek>(
+    fn state<W: Write + Seek>(
         &self,
         writer: &mut mcap::Writer<W>,
         header: &mcap::records::MessageHeader,
@@ -207,4 +253,56 @@ fn channel<'a, W: std::io::Write + std::io::Seek>(
     let schema = json!({ "title": name, "type": "object", "properties": properties });
     let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
     writer.add_channel(schema, topic, "json", &BTreeMap::new())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    /// A file on a disk with so many bytes left.
+    struct Small {
+        file: Cursor<Vec<u8>>,
+        room: usize,
+    }
+
+    impl Write for Small {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let room = self.room.saturating_sub(self.file.position() as usize);
+            if room == 0 && !bytes.is_empty() {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.file.write(&bytes[..bytes.len().min(room)])
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for Small {
+        fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+            self.file.seek(to)
+        }
+    }
+
+    #[test]
+    fn wherever_the_disk_is_full_the_error_says_so() {
+        let recording = Recording {
+            t_s: vec![0.0, 1e-3, 2e-3],
+            drive: crate::Drive::Duty(vec![0.0, 0.5, 1.0]),
+            enable: vec![true; 3],
+            angle: crate::AngleReading::Adc(vec![Some(1), None, Some(3)]),
+            ..Recording::default()
+        };
+        let mut small = Small { file: Cursor::default(), room: usize::MAX };
+        write_watched(&mut small, &recording, &[], &RunLog::default(), "").unwrap();
+        let whole = small.file.get_ref().len();
+        for room in 0..whole {
+            let mut small = Small { file: Cursor::default(), room };
+            let written = write_watched(&mut small, &recording, &[], &RunLog::default(), "");
+            assert_eq!(written.unwrap_err().kind(), io::ErrorKind::StorageFull, "{room} of {whole} bytes");
+        }
+    }
 }

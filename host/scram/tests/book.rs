@@ -62,6 +62,35 @@ fn examples(text: &str) -> Vec<(usize, String)> {
     found
 }
 
+/// A block of Rust, and the file that it says it is from.
+struct Quotation {
+    line: usize,
+    from: Option<String>,
+    text: String,
+}
+
+/// Every block of Rust.
+fn quotations(text: &str) -> Vec<Quotation> {
+    let mut found: Vec<Quotation> = Vec::new();
+    let mut inside = false;
+    for (number, line) in text.lines().enumerate() {
+        match line.trim_end().strip_prefix("```") {
+            Some(marked) if marked.starts_with("rust") => {
+                inside = true;
+                let from = marked.strip_prefix("rust from ").map(str::to_owned);
+                found.push(Quotation { line: number + 1, from, text: String::new() });
+            }
+            Some(_) => inside = false,
+            None => {
+                if let (true, Some(quotation)) = (inside, found.last_mut()) {
+                    quotation.text += &format!("{line}\n");
+                }
+            }
+        }
+    }
+    found
+}
+
 /// Targets of `[text](target)` outside of fenced blocks and of code spans.
 fn links(text: &str) -> Vec<String> {
     let prose: String = lines(text).filter(|(fenced, _)| !fenced).map(|(_, line)| format!("{line}\n")).collect();
@@ -116,6 +145,29 @@ fn the_book_lists_every_document_once() {
     let names: BTreeSet<&str> = names.filter_map(|path| path.file_name()?.to_str()).collect();
     let missing: Vec<_> = names.iter().filter(|name| **name != "SUMMARY.md" && !listed.contains(*name)).collect();
     assert!(missing.is_empty(), "not in docs/SUMMARY.md: {missing:?}");
+}
+
+/// Code in a document that is not in the sources teaches what is no longer so.
+#[test]
+fn what_documents_quote_is_in_the_sources() {
+    let mut stale = Vec::new();
+    let mut checked = 0;
+    for document in documents() {
+        for Quotation { line, from, text } in quotations(&read(&document)) {
+            checked += 1;
+            let at = format!("{}:{line}", document.display());
+            match from {
+                None => stale.push(format!("{at}: a block of Rust begins with ```rust from FILE")),
+                // Whole lines: the quotation begins where a line does.
+                Some(from) if !format!("\n{}", read(&root().join(&from))).contains(&format!("\n{text}")) => {
+                    stale.push(format!("{at}: these lines are not in {from}:\n{text}"));
+                }
+                Some(_) => {}
+            }
+        }
+    }
+    assert!(stale.is_empty(), "{}", stale.join("\n"));
+    assert!(checked >= 6, "only {checked} quotations were found");
 }
 
 #[test]

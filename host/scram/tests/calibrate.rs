@@ -35,21 +35,20 @@ impl OnTty {
     }
 
     fn calibrate(&self, out: &Path, arguments: &[&str]) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_scram"))
-            .args(["calibrate", "--port"])
-            .arg(self.simulation.port())
-            .arg("--keys")
-            .arg(self.keys.path().join("keys.toml"))
-            .arg("--robot")
-            .arg(robot_file())
-            .arg("--out")
-            .arg(out)
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("scram runs")
+        self.command(arguments).arg("--out").arg(out).spawn().expect("scram runs")
+    }
+
+    /// What reads and writes relative to a directory.
+    fn calibrate_in(&self, directory: &Path, arguments: &[&str]) -> Child {
+        self.command(arguments).current_dir(directory).spawn().expect("scram runs")
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_scram"));
+        command.args(["calibrate", "--port"]).arg(self.simulation.port());
+        command.arg("--keys").arg(self.keys.path().join("keys.toml")).arg("--robot").arg(robot_file()).args(arguments);
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
     }
 
     /// How the program left the robot.
@@ -101,6 +100,57 @@ fn the_program_calibrates_a_robot_over_a_serial_line() {
     let read = |path: &Path| std::fs::read_to_string(path).expect("a file");
     assert_eq!(read(&out.path().join("again/robot.toml")), read(&out.path().join("robot.toml")));
     assert_eq!(tty.state(), State::Idle);
+}
+
+#[test]
+fn every_calibration_has_a_directory_and_the_link_leads_to_the_last_that_succeeded() {
+    let place = tempfile::tempdir().expect("a directory");
+    let at = |name: &str| place.path().join("out").join(name);
+    let leads_to = |number: &str| {
+        let link = std::fs::read_link(at("latest-calibrate")).expect("a link");
+        assert_eq!(link, Path::new(&format!("calibrate-{number}")));
+    };
+    let tty = OnTty::new(&[]);
+    for number in ["0001", "0002"] {
+        let (status, stdout, stderr) = finished(tty.calibrate_in(place.path(), &["--yes"]));
+        assert!(status.success(), "{stdout}{stderr}");
+        let flash = format!("SCRAM_ROBOT=$PWD/out/calibrate-{number}/robot.toml cargo flash-robot");
+        assert!(stdout.contains(&flash), "{stdout}");
+        for name in ["robot.toml", "run.mcap", "run.csv", "potentiometer.svg"] {
+            assert!(at(&format!("calibrate-{number}")).join(name).exists(), "{name}");
+        }
+        leads_to(number);
+    }
+    let swapped = OnTty::new(&[InjectedEvent::Fault(0, Fault::MotorReversed)]);
+    let (status, stdout, stderr) = finished(swapped.calibrate_in(place.path(), &["--yes"]));
+    assert_eq!(status.code(), Some(1), "{stdout}{stderr}");
+    assert!(stderr.contains("the recording is out/calibrate-0003/failed.mcap"), "{stderr}");
+    assert!(load(&at("calibrate-0003/failed.mcap")).is_ok());
+    leads_to("0002");
+}
+
+#[test]
+fn a_calibration_is_written_over_only_on_request() {
+    let tty = OnTty::new(&[]);
+    for name in ["robot.toml", "potentiometer.svg", "run.mcap", "run.csv", "failed.mcap", "failed.csv"] {
+        let out = tempfile::tempdir().expect("a directory");
+        std::fs::write(out.path().join(name), "mine").expect("writes");
+        let (status, stdout, stderr) = finished(tty.calibrate(out.path(), &["--yes"]));
+        assert_eq!(status.code(), Some(1), "{name}: {stdout}{stderr}");
+        assert!(stderr.contains(&format!("{name} is there already")) && stderr.contains("--overwrite"), "{stderr}");
+        assert!(!stderr.contains("1/4"), "it is said before anything moves: {stderr}");
+        assert_eq!(std::fs::read_dir(out.path()).expect("a directory").count(), 1);
+        assert_eq!(std::fs::read(out.path().join(name)).expect("a file"), b"mine");
+    }
+    let out = tempfile::tempdir().expect("a directory");
+    for name in ["robot.toml", "failed.csv"] {
+        std::fs::write(out.path().join(name), "mine").expect("writes");
+    }
+    let (status, stdout, stderr) = finished(tty.calibrate(out.path(), &["--yes", "--overwrite"]));
+    assert!(status.success(), "{stdout}{stderr}");
+    assert!(Robot::load(&out.path().join("robot.toml")).is_ok());
+    assert!(stderr.contains(&format!("not of this run, but in {}: failed.csv\n", out.path().display())), "{stderr}");
+    assert_eq!(std::fs::read(out.path().join("failed.csv")).expect("a file"), b"mine", "nothing is deleted");
 }
 
 #[test]

@@ -88,24 +88,27 @@ fn standard_output_is_written_on_whatever_it_is() {
 }
 
 #[test]
-fn a_full_disk_names_the_file_and_takes_nothing_away() {
+fn a_file_that_does_not_fit_is_named_and_takes_nothing_away() {
     let directory = temporary();
     succeeds(directory.path(), &format!("{SIM} --view page.html --out out"));
     succeeds(directory.path(), &format!("{EXPORT} -o robot.xml"));
     let before = (files(directory.path()), files(&directory.path().join("out")));
-    // A limit on the size of files stands for a full disk; ignored, its signal is an error of the write.
+    // A limit on the size of files: ignored, its signal is an error of the write.
     let full = "trap '' XFSZ; ulimit -f 4; exec \"$@\"";
     let says = [
-        (format!("{EXPORT} -o robot.xml"), "robot.xml cannot be written"),
+        (format!("{EXPORT} -o robot.xml"), "robot.xml"),
         (format!("{SIM} --seed 2 --out out --overwrite"), "out/run.mcap"),
         (format!("{SIM} --out new"), "new/run.mcap"),
+        (format!("{SIM} --bench --out new"), "new/run.mcap"),
         (SIM.to_owned(), "out/run-0001/run.mcap"),
     ];
     for (words, named) in says {
         let output = shell(directory.path(), full, &words);
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{words}: {message}");
-        assert!(message.contains(named), "{words}: {message}");
+        let named = format!("{named}: the file is larger than it may be here: nothing of it is kept");
+        assert!(message.contains(&named) && message.contains("ulimit -f"), "{words}: {message}");
+        assert!(!message.contains("check the name"), "{words}: {message}");
     }
     assert_eq!(files(directory.path()), before.0);
     assert!(files(&directory.path().join("out")) == before.1, "nothing is lost, and no temporary file is left");
@@ -122,28 +125,33 @@ fn a_recording_that_does_not_fit_says_that_the_disk_is_full() {
     let directory = temporary();
     let tiny = directory.path().join("tiny");
     fs::create_dir(&tiny).unwrap();
-    let Some(mut command) = common::command::on_a_disk_of(&tiny, "64k", "\"$@\"; code=$?; ls \"$TINY\"; exit $code")
-    else {
-        testbed::peers::skip_anywhere("this user may not mount a file system of his own");
-        return;
-    };
-    command.arg(assert_cmd::cargo::cargo_bin!("scram")).args(["sim", "--bench", "--robot"]);
-    let output = command.arg(common::robot_file()).arg("--out").arg(&tiny).output().unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    for part in ["tiny/run.mcap: the disk is full: nothing of it is kept", "make room on the disk"] {
-        assert!(message.contains(part), "`{message}` does not say `{part}`");
+    // Full at the beginning of the first file, in its midst, and at a later file.
+    for (size, file) in [("4k", "run.mcap"), ("64k", "run.mcap"), ("360k", ".svg")] {
+        let script = "\"$@\"; code=$?; ls \"$TINY\"; exit $code";
+        let Some(mut command) = common::command::on_a_disk_of(&tiny, size, script) else {
+            testbed::peers::skip_anywhere("this user may not mount a file system of his own");
+            return;
+        };
+        command.arg(assert_cmd::cargo::cargo_bin!("scram")).args(["sim", "--bench", "--seconds", "0.3", "--robot"]);
+        let output = command.arg(common::robot_file()).arg("--out").arg(&tiny).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{size}: {message}");
+        for part in [&format!("{file}: the disk is full: nothing of it is kept"), "make room on the disk"] {
+            assert!(message.contains(part), "{size}: `{message}` does not say `{part}`");
+        }
+        assert!(!message.contains("permissions"), "{size}: {message}");
+        let left = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(left.is_empty(), file == "run.mcap", "{size}: no more than the files before it is left: {left}");
+        assert!(!left.contains(".part"), "{size}: {left}");
     }
-    assert_eq!(String::from_utf8_lossy(&output.stdout), "", "nothing is left in it");
 }
 
 /// Of one pipe for stdout and stderr: how much is read before nobody reads any more.
 const READ: [usize; 2] = [0, 1];
 
-/// Runs words with stdout and stderr in one pipe that is closed after some bytes: the exit code, and what was read.
-fn cut_off(directory: &Path, words: &str, bytes: usize) -> (Option<i32>, String) {
+/// Runs a command with stdout and stderr in one pipe that is closed after some bytes: the exit code, and what was read.
+fn cut_off(mut command: Command, bytes: usize) -> (Option<i32>, String) {
     let (mut reader, writer) = std::io::pipe().unwrap();
-    let mut command = command(directory, words);
     command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
     if bytes == 0 {
         drop(reader);
@@ -160,14 +168,14 @@ fn cut_off(directory: &Path, words: &str, bytes: usize) -> (Option<i32>, String)
 
 /// [`READ`] bytes of both, and stdout alone closed with every word on stderr read.
 #[track_caller]
-fn ends_quietly(directory: &Path, words: &str) {
+fn ends_quietly(words: &str, command: impl Fn(&str) -> Command) {
     for bytes in READ {
-        let (code, read) = cut_off(directory, words, bytes);
+        let (code, read) = cut_off(command(words), bytes);
         assert_eq!(code, Some(0), "{words}, after {bytes} bytes: {read}");
     }
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let output = command(directory, words).stdout(writer).stderr(Stdio::piped()).output().unwrap();
+    let output = command(words).stdout(writer).stderr(Stdio::piped()).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{words}: {message}");
     assert!(!message.contains("panicked") && !message.contains("roken pipe"), "{words}: {message}");
@@ -193,13 +201,61 @@ fn a_reader_that_goes_away_ends_nothing_with_a_panic() {
         DIAGNOSE,
         &format!("{DIAGNOSE} --json"),
     ] {
-        ends_quietly(directory.path(), words);
+        ends_quietly(words, |words| command(directory.path(), words));
     }
     // What was refused says so to nobody, and its exit code still says it.
     for bytes in READ {
-        assert_eq!(cut_off(directory.path(), "sim --robot missing.toml", bytes).0, Some(1));
-        assert_eq!(cut_off(directory.path(), "sim --no-such-word", bytes).0, Some(2));
+        assert_eq!(cut_off(command(directory.path(), "sim --robot missing.toml"), bytes).0, Some(1));
+        assert_eq!(cut_off(command(directory.path(), "sim --no-such-word"), bytes).0, Some(2));
     }
+}
+
+/// Cargo says what it builds on the same pipe.
+#[test]
+fn a_reader_that_goes_away_does_not_end_the_build_for_qemu() {
+    if common::pil::program().is_none() {
+        return;
+    }
+    let directory = temporary();
+    let out = directory.path().join("out");
+    // The program is built in the project's root. Though nothing is left to build, a line a crate is said about it.
+    ends_quietly(&format!("hil --qemu --bench --seconds 0.2 --overwrite --out {}", out.display()), |words| {
+        let mut command = command(&common::root(), words);
+        command.env("CARGO_TERM_VERBOSE", "true");
+        command
+    });
+    assert!(out.join("run.mcap").is_file());
+}
+
+/// Pictures are passed on without what was beside them.
+#[test]
+fn every_picture_says_what_it_shows() {
+    let directory = temporary();
+    let titled = |folder: &str, title: &str| {
+        let (mut pictures, folder) = (0, directory.path().join(folder));
+        for (name, bytes) in files(&folder).into_iter().filter(|(name, _)| name.ends_with(".svg")) {
+            let text = String::from_utf8(bytes).unwrap();
+            let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let mut titles = document.root_element().children().filter(|node| node.has_tag_name("title"));
+            assert_eq!(titles.next().and_then(|node| node.text()), Some(title), "{name}");
+            pictures += 1;
+        }
+        assert!(pictures > 0, "{}", folder.display());
+    };
+    succeeds(directory.path(), &format!("{SIM} --set motor.resistance_ohm=16 --faults stall@0.2 --seed 4 --out walk"));
+    titled("walk", "scram-26, freq:7 for 0.3 s, seed 4, motor.resistance_ohm=16, stall@0.2, on the ground, α 60°");
+    succeeds(directory.path(), &format!("{TURNING} --out turning"));
+    titled("turning", "scram-26, duty:1 for 2.5 s, seed 1, the motor alone");
+    succeeds(directory.path(), &format!("{IDENTIFY} --out found"));
+    titled("found", "scram-26, turning/run.mcap");
+    succeeds(directory.path(), "replay walk/run.csv --robot @/robots/motor-136.toml --out again");
+    titled("again", "walk/run.csv: scram-26, freq:7, seed 4");
+    succeeds(directory.path(), "replay walk/run.mcap --robot @/robot.toml --out compared");
+    let comparison = fs::read_to_string(directory.path().join("compared/replay-comparison.svg")).unwrap();
+    assert!(comparison.contains("walk/run.mcap: scram-26, freq:7, seed 4; decided again with "), "{comparison}");
+    let sweep = "sweep --robot @/robot.toml --drive ideal --repeats 2 --seconds 0.2 --axis f=-8,8 --out sweep";
+    succeeds(directory.path(), sweep);
+    titled("sweep", "scram-26, ideal shaft, 2 runs of 0.2 s each, seeds 1 … 2");
 }
 
 #[test]

@@ -1,36 +1,17 @@
 //! The processor in the loop: RISC-V machine code in QEMU makes the recording that the host's own controller makes.
 //! Skipped, and said so, where QEMU or a toolchain for RISC-V is missing; with SCRAM_ALL_PEERS=1 that is a failure.
 
-use std::path::{Path, PathBuf};
+mod common;
+
+use std::path::Path;
 use std::process::Command;
 
-use scram::hil::{HilError, PROGRAM, Qemu};
+use common::pil::program;
+use common::root;
+use scram::hil::{PROGRAM, Qemu};
 use testbed::peers::skip;
 
 const SCRAM: &str = env!("CARGO_BIN_EXE_scram");
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-/// The program for QEMU; `None` where this machine cannot build or run it.
-fn program() -> Option<PathBuf> {
-    if let Err(HilError::NoQemu) = Qemu::is_installed() {
-        skip(&format!("there is no {PROGRAM}"));
-        return None;
-    }
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(root()).args(["run", "--quiet", "--package", "xtask", "--", "build-pil"]);
-    let output = cargo.output().expect("cargo starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    if said.contains("no Rust toolchain here has") || said.contains("the linker for riscv32imc") {
-        skip(&said);
-        return None;
-    }
-    assert!(output.status.success(), "firmware/pil does not build:\n{said}");
-    let path = String::from_utf8_lossy(&output.stdout).lines().last().map(PathBuf::from);
-    Some(path.expect("build-pil prints a path"))
-}
 
 /// Runs a subcommand; what it printed on stdout.
 fn scram(arguments: &[&str], out: &Path) -> serde_json::Value {

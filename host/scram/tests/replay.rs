@@ -173,8 +173,14 @@ fn recordings_without_orders_are_plotted_and_say_why_there_is_no_more() {
         assert!(found["same"].is_null() && found["compared"].as_array().unwrap().is_empty(), "{found}");
         assert!(found["not_compared"][0].as_str().unwrap().contains("no orders are recorded"), "{found}");
         assert!(directory.path().join("seen/replay.svg").exists());
-        assert!(!directory.path().join("seen/replay-comparison.svg").exists(), "of the replay before");
     }
+    // The comparison of the replay before stays, and is named.
+    let robot = file.to_str().unwrap();
+    let words = ["replay", "old.csv", "--robot", robot, "--out", "seen", "--overwrite"];
+    let output = Command::cargo_bin("scram").unwrap().current_dir(directory.path()).args(words).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(message, "warning: not of this run, but in seen: replay-comparison.svg\n");
+    assert!(directory.path().join("seen/replay-comparison.svg").exists());
     let rows: String = (0..900).map(|i| format!("{},2.5,{}\n", f64::from(i) * 1e-3, f64::from(i) * 1e-2)).collect();
     std::fs::write(directory.path().join("foreign.csv"), format!("t_s,voltage_v,angle_rad\n{rows}")).unwrap();
     let found = replayed(directory.path(), &file, "foreign.csv").to_string();

@@ -138,11 +138,11 @@ impl Factor {
         }
     }
 
-    /// For a plot: name and unit.
+    /// For a plot: name and unit, and which way it is positive.
     #[must_use]
     pub fn label(&self) -> String {
         match self {
-            Self::Frequency => "f / Hz".into(),
+            Self::Frequency => "f / Hz, + clockwise".into(),
             Self::Alpha => "α / °".into(),
             Self::Roll(backbone) => format!("roll of backbone {} / °", backbone + 1),
             Self::Modules => "modules".into(),

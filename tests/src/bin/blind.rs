@@ -12,9 +12,10 @@ use std::process::ExitCode;
 use clap::Parser;
 use comfy_table::Table;
 use serde_json::json;
-use system_tests::blind::case::{self, Case, Category};
+use system_tests::blind::case::{self, Case, Category, Setting};
 use system_tests::blind::files::Decimals;
 use system_tests::blind::hidden::Effect;
+use system_tests::blind::noise::Noise;
 use system_tests::blind::rig;
 use system_tests::blind::score::{self, Mark, Outcome, confusion, median_and_worst};
 use system_tests::page;
@@ -50,11 +51,18 @@ struct Arguments {
     /// Hide this effect in every data set instead of drawing one
     #[arg(long, value_parser = effect)]
     only: Option<Effect>,
+    /// What the reading's noise is like: white, coloured:MS (how long it remembers), heavy (tails), speed:RAD_PER_S (where
+    /// it has doubled)
+    #[arg(long, default_value = "white", value_parser = Noise::from_words)]
+    noise: Noise,
+    /// How visible the hidden effect is, LOW:HIGH times the noise floor
+    #[arg(long, value_parser = ratio)]
+    ratio: Option<(f64, f64)>,
     /// Keep every data set's files here, a directory each
     #[arg(long)]
     keep: Option<PathBuf>,
     /// Write the scores into their section of docs/figures.md
-    #[arg(long, conflicts_with_all = ["export", "only"])]
+    #[arg(long, conflicts_with_all = ["export", "only", "noise", "ratio"])]
     write: bool,
     /// Write every outcome as JSON
     #[arg(long)]
@@ -62,8 +70,8 @@ struct Arguments {
     /// Only write the data set of a seed into a directory
     #[arg(long, num_args = 2, value_names = ["SEED", "DIR"])]
     export: Option<Vec<String>>,
-    /// Of what --export writes: runs shortened to this share of their 8 s, with fewer decimals
-    #[arg(long, value_name = "SHARE", requires = "export", value_parser = share)]
+    /// Runs shortened to this share of their 8 s; --export writes them with fewer decimals
+    #[arg(long, value_name = "SHARE", value_parser = share)]
     short: Option<f64>,
     /// Which kind of data set --export writes: hidden, nothing, outside, beside
     #[arg(long, default_value = "hidden", value_parser = category)]
@@ -82,6 +90,12 @@ fn effect(name: &str) -> Result<Effect, String> {
 
 fn share(word: &str) -> Result<f64, String> {
     word.parse().ok().filter(|share| (0.2..=1.0).contains(share)).ok_or_else(|| "expected 0.2 to 1".to_owned())
+}
+
+fn ratio(words: &str) -> Result<(f64, f64), String> {
+    let ends = words.split_once(':').and_then(|(low, high)| Some((low.parse().ok()?, high.parse().ok()?)));
+    ends.filter(|(low, high): &(f64, f64)| 1.0 < *low && low <= high)
+        .ok_or_else(|| "expected LOW:HIGH, above 1".to_owned())
 }
 
 fn category(word: &str) -> Result<Category, String> {
@@ -125,7 +139,7 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     let mut outcomes = Vec::new();
     for (category, count) in plan {
         for seed in arguments.seed_base..arguments.seed_base + count {
-            let case = draw(seed, category, arguments.only, &robot_file)?;
+            let case = draw(seed, category, arguments, &robot_file)?;
             let outcome = examine(&case, arguments.keep.as_deref())?;
             eprintln!("[{}/{total}] {}", outcomes.len() + 1, outcome.line());
             outcomes.push(outcome);
@@ -144,13 +158,10 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     Ok(reached)
 }
 
-fn draw(seed: u64, category: Category, only: Option<Effect>, robot_file: &str) -> Result<Case, String> {
-    case::draw(seed, category, hideable(only, category), robot_file).map_err(|error| error.to_string())
-}
-
-fn draw_short(seed: u64, arguments: &Arguments, robot_file: &str, share: f64) -> Result<Case, String> {
-    let (category, only) = (arguments.category, hideable(arguments.only, arguments.category));
-    case::draw_scaled(seed, category, only, robot_file, share).map_err(|error| error.to_string())
+fn draw(seed: u64, category: Category, arguments: &Arguments, robot_file: &str) -> Result<Case, String> {
+    let setting = Setting { share: arguments.short.unwrap_or(1.0), noise: arguments.noise, ratio: arguments.ratio };
+    let only = hideable(arguments.only, category);
+    case::draw_with(seed, category, only, robot_file, &setting).map_err(|error| error.to_string())
 }
 
 /// An effect to hide only goes where its kind is hidden.
@@ -170,10 +181,7 @@ fn examine(case: &Case, keep: Option<&Path>) -> Result<Outcome, String> {
 fn export_one(arguments: &Arguments, export: &[String], robot_file: &str) -> Result<(), String> {
     let [seed, directory] = export else { return Err("--export wants SEED and DIR".to_owned()) };
     let seed = seed.parse().map_err(|_| format!("--export: `{seed}` is not a seed (a whole number)"))?;
-    let case = match arguments.short {
-        Some(share) => draw_short(seed, arguments, robot_file, share)?,
-        None => draw(seed, arguments.category, arguments.only, robot_file)?,
-    };
+    let case = draw(seed, arguments.category, arguments, robot_file)?;
     let decimals = if arguments.short.is_some() { Decimals::FEW } else { Decimals::FULL };
     let paths = case.write_with(Path::new(directory), decimals).map_err(|error| format!("{directory}: {error}"))?;
     println!("hidden: {}, visible at {:.2} times the noise floor", case.truth(), case.size.ratio());

@@ -6,6 +6,7 @@ use super::excite::{self, FIT_RUNS, PLAN};
 use super::files::{self, Decimals, Paths, Run};
 use super::hidden::{Effect, Shape};
 use super::measure::{self, Linear, Size};
+use super::noise::{Noise, Source};
 use super::rig::{Rig, RigError};
 use super::sensing::{Sensor, follow};
 use super::world::{Drive, World};
@@ -79,6 +80,24 @@ pub struct Case {
     pub robot_file: String,
 }
 
+/// What a data set has other than usual.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// Every run's length is this share of the usual one, above 0 and at most 1: another data set than the whole one's
+    /// beginning, because each waveform is shortened.
+    pub share: f64,
+    /// What the noise of the reading is like.
+    pub noise: Noise,
+    /// Bounds of the hidden effect's misfit over the noise floor instead of [`HIDDEN_RATIO`] or [`OUTSIDE_RATIO`].
+    pub ratio: Option<(f64, f64)>,
+}
+
+impl Default for Setting {
+    fn default() -> Self {
+        Self { share: 1.0, noise: Noise::White, ratio: None }
+    }
+}
+
 /// A data set before its effect is scaled.
 struct Draft {
     world: World,
@@ -108,6 +127,7 @@ pub fn simulate_with(world: &World, sensor: &Sensor, drives: &[Drive], start: f6
     let longest = finer * if world.bristle.is_some() { STEP_BRISTLE_S } else { STEP_S };
     let mut state = world.rest(start);
     let mut follower = start;
+    let mut noise = Source::new(sensor.kind);
     // (time, angle, speed) of the shown angle, for readings between steps.
     let mut past: Vec<(f64, f64, f64)> = vec![(0.0, start, 0.0)];
     let history = sensor.delay > 0.0 || sensor.hysteresis > 0.0;
@@ -126,7 +146,8 @@ pub fn simulate_with(world: &World, sensor: &Sensor, drives: &[Drive], start: f6
             (world.shown_angle(&state), world.shown_angle(&state))
         };
         let bent = |angle: f64| angle + sensor.nonlinearity(angle);
-        reading.push(sensor.read(bent(shown), rng));
+        let dt = if tick == 0 { 0.0 } else { now - t_s[tick - 1] };
+        reading.push(sensor.read(bent(shown), noise.next(dt, world.shaft_speed(&state), rng)));
         clean.push(bent(expected));
         blind.push(sensor.blind(expected));
         if let (Some(list), Some(noise)) = (&mut current, sensor.current_noise) {
@@ -235,29 +256,29 @@ impl Draft {
 /// # Errors
 /// The robot file lacks a number.
 pub fn draw(seed: u64, category: Category, only: Option<Effect>, robot_file: &str) -> Result<Case, RigError> {
-    draw_scaled(seed, category, only, robot_file, 1.0)
+    draw_with(seed, category, only, robot_file, &Setting::default())
 }
 
-/// The same with every run's length multiplied by `share`, above 0 and at most 1: another data set than the whole one's
-/// beginning, because each waveform is shortened.
+/// The same in another setting.
 ///
 /// # Errors
 /// The robot file lacks a number.
-pub fn draw_scaled(
+pub fn draw_with(
     seed: u64,
     category: Category,
     only: Option<Effect>,
     robot_file: &str,
-    share: f64,
+    setting: &Setting,
 ) -> Result<Case, RigError> {
     let nominal = Rig::nominal(robot_file)?;
     let mut rng = Pcg64::seed_from_u64(seed.wrapping_mul(4).wrapping_add(category as u64));
     let rig = nominal.specimen(&mut rng);
     let (mut world, mut sensor) = (World::linear(rig), Sensor::draw(&mut rng));
+    sensor.kind = setting.noise;
     let mut drives: Vec<Vec<Drive>> = PLAN
         .iter()
         .map(|plan| {
-            let plan: Vec<_> = plan.iter().map(|&(kind, seconds)| (kind, seconds * share)).collect();
+            let plan: Vec<_> = plan.iter().map(|&(kind, seconds)| (kind, seconds * setting.share)).collect();
             excite::run(&plan, &mut rng)
         })
         .collect();
@@ -277,8 +298,8 @@ pub fn draw_scaled(
     let draft = Draft { world, sensor, shape, drives, starts, noise_seed, linear };
     let (effect, scale, target) = match category {
         Category::Nothing => (None, 0.0, 1.0),
-        Category::Hidden => choose(&draft, &mut rng, &Effect::LIBRARY, only, HIDDEN_RATIO),
-        Category::Outside => choose(&draft, &mut rng, &Effect::OUTSIDE, only, OUTSIDE_RATIO),
+        Category::Hidden => choose(&draft, &mut rng, &Effect::LIBRARY, only, setting.ratio.unwrap_or(HIDDEN_RATIO)),
+        Category::Outside => choose(&draft, &mut rng, &Effect::OUTSIDE, only, setting.ratio.unwrap_or(OUTSIDE_RATIO)),
         Category::Beside => {
             let drawn = beside::EFFECTS[rng.random_range(0..beside::EFFECTS.len())];
             let effect = only.unwrap_or(drawn);

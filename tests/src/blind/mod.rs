@@ -17,6 +17,7 @@ pub mod files;
 pub mod hidden;
 pub mod laws;
 pub mod measure;
+pub mod noise;
 pub mod rig;
 pub mod score;
 pub mod sensing;

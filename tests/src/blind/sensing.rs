@@ -1,5 +1,6 @@
 //! The truth's sensor: nonlinearity, age, hysteresis, noise, quantisation, and when it was read.
 
+use super::noise::Noise;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -12,6 +13,8 @@ pub struct Sensor {
     pub bits: u32,
     /// Noise before quantisation, standard deviation, rad.
     pub noise: f64,
+    /// What that noise is like.
+    pub kind: Noise,
     /// Standard deviation of the sampling instant about the tick, s; the instant itself is in the recording.
     pub timing: f64,
     /// Whether the recording is wrapped into one turn.
@@ -37,6 +40,7 @@ impl Sensor {
         Self {
             bits: rng.random_range(12..=14),
             noise: rng.random_range(1.0e-3..2.5e-3),
+            kind: Noise::White,
             timing: rng.random_range(5e-6..30e-6),
             wrapped: rng.random_bool(0.5),
             blind_half_width: 0.0,
@@ -71,10 +75,9 @@ impl Sensor {
             .sum()
     }
 
-    /// What is read of an angle, not wrapped: noise and quantisation.
+    /// What is read of an angle, not wrapped, with a noise in standard deviations: noise and quantisation.
     #[must_use]
-    pub fn read(&self, shown: f64, rng: &mut Pcg64) -> f64 {
-        let noise: f64 = StandardNormal.sample(rng);
+    pub fn read(&self, shown: f64, noise: f64) -> f64 {
         let step = TAU / f64::from(1u32 << self.bits);
         ((shown + self.noise * noise) / step).round() * step
     }

@@ -1,4 +1,4 @@
-//! A set: one robot, one specimen, six runs; and what a diagnosis says about it.
+//! A set: one robot, one specimen, runs to fit and runs held out; and what a diagnosis says about it.
 
 use std::path::Path;
 use std::time::Instant;
@@ -14,7 +14,7 @@ use simulation::{Drive, DriveCommand, Plan, recording, run};
 use super::drives::{KINDS, RUN_S, drive};
 use crate::blind::score::LARGEST_CLASS;
 
-/// Runs of a set, and how many of them are held out.
+/// Runs of a set, one of each kind of drive, and how many of them are held out.
 const RUNS: (usize, usize) = (12, 4);
 
 /// Size of a nonlinearity that is stated for a set, as a share of the half ranges that the file gives.

@@ -77,7 +77,7 @@ fn fitted(effect: &str, plain: &Robot, with: &Robot, kinds: &[u32]) -> Vec<(&'st
     let starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();
     let begin = |start| {
         let mut begun = Fit::begin(&model, &[id], start, starts.clone());
-        let _ = refine_all(&begun.plant(&model), &tracks, &mut begun.starts, &[starts.clone()], 4);
+        let _ = refine_all(&begun.plant(&model), &tracks, &mut begun.starts, std::slice::from_ref(&starts), 4);
         begun
     };
     let fits = (0..model.starts(&[id])).map(|start| fit(&model, &data, begin(start), 25, 1e-6));

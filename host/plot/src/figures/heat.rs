@@ -131,7 +131,7 @@ fn draw_cell(
     let fill = colour(cell.value, full, scale);
     root.draw(&Rectangle::new([(x, y), (x + wide, y + high)], fill.filled()))?;
     root.draw(&Rectangle::new([(x, y), (x + wide, y + high)], WHITE.stroke_width(1)))?;
-    let ink = if luminance(fill) < 0.45 { WHITE } else { INK };
+    let ink = readable_on(fill);
     let text = |size: i32| ("sans-serif", size).into_font().color(&ink).pos(Pos::new(HPos::Center, VPos::Center));
     let (middle, centre) = (x + wide / 2, y + high / 2);
     let size = if wide < 44 { 11 } else { 15 };
@@ -155,8 +155,9 @@ fn bar(root: &Root<'_>, map: &Map, full: f64, (x, top): (i32, i32), height: i32)
     let steps = 48;
     for step in 0..steps {
         let value = full + (low - full) * (f64::from(step) + 0.5) / f64::from(steps);
-        let (from, to) = (top + step * height / steps, top + (step + 1) * height / steps);
-        root.draw(&Rectangle::new([(x, from), (x + 12, to)], colour(Some(value), full, map.scale).filled()))?;
+        // Each goes down to the end, over the one before: between two that only touch the paper would show.
+        let from = top + step * height / steps;
+        root.draw(&Rectangle::new([(x, from), (x + 12, top + height)], colour(Some(value), full, map.scale).filled()))?;
     }
     root.draw(&Rectangle::new([(x, top), (x + 12, top + height)], INK.stroke_width(1)))?;
     for (value, at) in [(full, top), (0.5 * (full + low), top + height / 2), (low, top + height)] {
@@ -178,9 +179,24 @@ fn colour(value: Option<f64>, full: f64, scale: Scale) -> RGBColor {
     RGBColor(r, g, b)
 }
 
-/// Relative luminance, 0 … 1, near enough to choose an ink.
+/// The ink with the greater contrast on a ground.
+fn readable_on(ground: RGBColor) -> RGBColor {
+    if contrast(WHITE, ground) > contrast(INK, ground) { WHITE } else { INK }
+}
+
+/// Contrast of two colours, 1 … 21, as WCAG 2.1 defines it.
+fn contrast(a: RGBColor, b: RGBColor) -> f64 {
+    let (a, b) = (luminance(a), luminance(b));
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+/// Relative luminance, 0 … 1, as WCAG 2.1 defines it.
 fn luminance(colour: RGBColor) -> f64 {
-    (0.3 * f64::from(colour.0) + 0.59 * f64::from(colour.1) + 0.11 * f64::from(colour.2)) / 255.0
+    let linear = |channel: u8| {
+        let share = f64::from(channel) / 255.0;
+        if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+    };
+    0.2126 * linear(colour.0) + 0.7152 * linear(colour.1) + 0.0722 * linear(colour.2)
 }
 
 #[cfg(test)]
@@ -195,5 +211,17 @@ mod tests {
         assert_eq!(colour(Some(0.0), 2.0, Scale::Signed), RGBColor(255, 255, 255));
         assert_eq!(colour(Some(9.0), 2.0, Scale::Signed), RGBColor(33, 102, 172), "beyond the scale: the full colour");
         assert_eq!(colour(None, 2.0, Scale::Signed), MISSING);
+    }
+
+    #[test]
+    fn numbers_can_be_read_on_every_colour() {
+        for scale in [Scale::Signed, Scale::Amount] {
+            for step in -100..=100 {
+                let ground = colour(Some(f64::from(step)), 100.0, scale);
+                let found = contrast(readable_on(ground), ground);
+                assert!(found > 3.8, "{scale:?} {step}: {found}");
+            }
+        }
+        assert!((contrast(WHITE, BLACK) - 21.0).abs() < 1e-9);
     }
 }

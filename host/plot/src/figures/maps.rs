@@ -247,5 +247,5 @@ fn trajectories(swept: &Swept) -> Result<String, FigureError> {
         .into_iter()
         .map(|(alpha, paths)| paths::Panel { title: format!("α = {}°", tick(alpha)), paths })
         .collect();
-    paths::draw("Paths of the centroid, every repeat", &panels)
+    paths::draw("Paths of the centroid, every repeat; frequencies + clockwise", &panels)
 }

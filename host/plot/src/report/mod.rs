@@ -9,7 +9,7 @@ mod words;
 use std::fmt::Write as _;
 
 use common::quantile;
-use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, RunUse, Verdict};
+use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, RunUse, Verdict};
 use svg::{COLOURS, STYLE, escape, number};
 use words::{degrees, percent, sentence, three, times};
 
@@ -39,7 +39,8 @@ pub fn html(diagnosis: &Diagnosis, about: &About) -> String {
          <style>{COLOURS}{STYLE}{PAGE_STYLE}</style></head><body><main>\
          <header><span class=\"badge {tone}\">{badge}</span> <span class=\"soft\">Diagnosis of {robot}</span>\
          <h1>{}</h1><p>{}</p></header>",
-        escape(&headline),
+        // A number and its sign stay on one line.
+        escape(&headline.replace(" %", "\u{a0}%")),
         escape(&words::lead(diagnosis)),
         robot = escape(&about.robot),
     );
@@ -49,6 +50,7 @@ pub fn html(diagnosis: &Diagnosis, about: &About) -> String {
     page.push_str(&evidence(diagnosis));
     page.push_str(&parameters(diagnosis));
     page.push_str(&what_is_left(diagnosis));
+    page.push_str(&limits(diagnosis));
     page.push_str(&data_used(diagnosis));
     page.push_str(&how_to_run(diagnosis, about));
     page.push_str(&method(diagnosis));
@@ -249,6 +251,9 @@ fn what_is_left(diagnosis: &Diagnosis) -> String {
     let floor = diagnosis.noise_floor.max(f64::MIN_POSITIVE);
     let rest = times(diagnosis.after / floor);
     let state = match diagnosis.verdict {
+        Verdict::Nothing if diagnosis.remembers() => format!(
+            "The error is {rest} the noise floor, alike in every rollout whatever the shaft does: noise that remembers."
+        ),
         Verdict::Nothing | Verdict::Explained => {
             format!("The error is {rest} the noise floor: nothing to speak of is left.")
         }
@@ -264,6 +269,38 @@ fn what_is_left(diagnosis: &Diagnosis) -> String {
         format!("<p class=\"next\"><b>Next experiment:</b> {}.</p>", escape(next.trim_end_matches('.')))
     });
     format!("<section><h2>What is left</h2><p>{}{}</p>{next}</section>", escape(&state), escape(&place))
+}
+
+/// How large each effect may still be that was not named.
+fn limits(diagnosis: &Diagnosis) -> String {
+    if diagnosis.limits.is_empty() {
+        return String::new();
+    }
+    let row = |limit: &Limit| {
+        let sizes: Vec<String> = limit
+            .at_most
+            .iter()
+            .map(|(key, at_most)| {
+                let size = at_most.map_or_else(|| "anything".to_owned(), three);
+                format!("<code>{}</code> {size}", escape(key))
+            })
+            .collect();
+        let chance = if limit.chance < 0.001 { "&lt; 0.1".to_owned() } else { three(100.0 * limit.chance) };
+        format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"n\">{chance} %</td><td>{}</td></tr>",
+            escape(&sentence(&words::effect(&limit.effect).0)),
+            sizes.join(", "),
+            if limit.would_show { "yes" } else { "no" }
+        )
+    };
+    let rows: String = diagnosis.limits.iter().map(row).collect();
+    let which = if diagnosis.causes.is_empty() { "the file's model" } else { "the extended model" };
+    format!(
+        "<section><h2>How large the other effects may be</h2><p class=\"soft\">Upper limits, 95 % each, beside {which}; how \
+         often chance alone makes something in the library look as likely; and whether these runs would show an effect of the \
+         usual size.</p><div class=\"scroll\"><table><thead><tr><th>effect</th><th>at most</th><th class=\"n\">by chance</th>\
+         <th>would show</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
+    )
 }
 
 fn data_used(diagnosis: &Diagnosis) -> String {
@@ -323,8 +360,10 @@ fn method(diagnosis: &Diagnosis) -> String {
     format!(
         "<section><h2>Method</h2><ol>\
          <li>The model's own numbers are refitted first, so that a wrong number is not called a wrong model.</li>\
-         <li>Each effect of the library that the file lacks is fitted jointly with those numbers (multiple shooting, start \
-         angle and speed of every rollout free).</li>\
+         <li>A score test screens every effect of the library that the file lacks, with signs of whole blocks changed at random, \
+         so that noise that remembers, has heavy tails or grows with speed raises no alarm.</li>\
+         <li>After an alarm each effect is fitted jointly with those numbers (multiple shooting, start angle and speed of every \
+         rollout free).</li>\
          <li>All are judged by free rollouts of {} s on held-out runs, against the noise of the reading.</li>\
          <li>A cause is named when it reaches the floor and no simpler or rival one does as well; intervals are 95 %, from \
          resampled rollouts.</li>\

@@ -157,6 +157,20 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
         verdict,
         causes,
         models,
+        limits: vec![
+            Limit {
+                effect: "driver_deadband".into(),
+                at_most: [("width_duty".to_owned(), Some(0.0031))].into(),
+                chance: 0.4,
+                would_show: true,
+            },
+            Limit {
+                effect: "battery_sag".into(),
+                at_most: [("resistance_ohm".to_owned(), None)].into(),
+                chance: 1.0,
+                would_show: false,
+            },
+        ],
         noise_floor: FLOOR,
         before: before * FLOOR,
         after: after * FLOOR,
@@ -229,7 +243,7 @@ fn every_verdict_is_one_well_formed_file_with_its_numbers() {
         let document = parse(&page);
         let text: String = document.descendants().filter_map(|node| node.text()).collect::<Vec<_>>().join(" ");
         let mut wanted = vec![degrees(diagnosis.noise_floor), degrees(diagnosis.before), degrees(diagnosis.after)];
-        wanted.push(words::headline(&diagnosis));
+        wanted.push(words::headline(&diagnosis).replace(" %", "\u{a0}%"));
         wanted.extend(diagnosis.next_experiment.clone());
         if !diagnosis.causes.is_empty() {
             wanted.push(format!("{} %", percent(diagnosis.gain.percent_of_excess_removed)));

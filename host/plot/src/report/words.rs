@@ -14,13 +14,26 @@ pub(super) fn effect(name: &str) -> (String, &'static str) {
     }
 }
 
-/// A text with the effects' names as people write them.
+/// A text with the effects' names as people write them, and the minus of numbers as in the tables.
 #[must_use]
 pub(super) fn readable(text: &str) -> String {
+    let text = typographic(text);
     // The longest first: `foot_load_friction` has `load_friction` in it.
     let mut names: Vec<&str> = Id::all().map(Id::name).collect();
     names.sort_by_key(|name| std::cmp::Reverse(name.len()));
-    names.into_iter().fold(text.to_owned(), |text, name| text.replace(name, &effect(name).0))
+    names.into_iter().fold(text, |text, name| text.replace(name, &effect(name).0))
+}
+
+/// A minus before a number in place of its hyphen; none before a zero.
+fn typographic(text: &str) -> String {
+    let signed = |word: &str| {
+        let (open, number) = word.strip_prefix('(').map_or(("", word), |rest| ("(", rest));
+        let digits = number.strip_prefix('-').filter(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))?;
+        let zero = digits.chars().all(|c| matches!(c, '0' | '.'));
+        Some(format!("{open}{}{digits}", if zero { "" } else { "−" }))
+    };
+    let words: Vec<String> = text.split(' ').map(|word| signed(word).unwrap_or_else(|| word.to_owned())).collect();
+    words.join(" ")
 }
 
 /// What was compared and what came out, in one paragraph.
@@ -76,7 +89,13 @@ pub(super) fn percent(value: f64) -> String {
 /// An angle in rad as degrees, with three significant digits.
 #[must_use]
 pub(super) fn degrees(rad: f64) -> String {
-    format!("{}°", three(rad.to_degrees()))
+    let value = rad.to_degrees();
+    if value == 0.0 || !value.is_finite() {
+        return format!("{}°", number(value));
+    }
+    // Zeros at the end, too: 0.140° beside 0.139°.
+    let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{value:.decimals$}°").replace('-', "−")
 }
 
 /// Three significant digits.
@@ -166,4 +185,21 @@ pub(super) fn left_over(left: &LeftOver) -> String {
         three(left.from * factor),
         three(left.to * factor)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_texts_have_a_minus_and_a_zero_has_none() {
+        let text = "removes -0.0 % (-8.5 to 11.0) of the held-out error, -3 and co-author - 2";
+        assert_eq!(readable(text), "removes 0.0 % (−8.5 to 11.0) of the held-out error, −3 and co-author - 2");
+    }
+
+    #[test]
+    fn angles_have_three_significant_digits() {
+        let found = [0.1396_f64, 0.14, 12.345, 123.4, -0.00123, 0.0].map(|deg| degrees(deg.to_radians()));
+        assert_eq!(found, ["0.140°", "0.140°", "12.3°", "123°", "−0.00123°", "0°"]);
+    }
 }

@@ -4,7 +4,7 @@ use hal_sim::body::{Snapshot, Track};
 use plotters::prelude::*;
 
 use super::foot_name;
-use crate::panel::{INK, PlotError, picture, tick_label};
+use crate::panel::{INK, PlotError, decimals, picture, tick_label};
 
 const WIDTH: u32 = 1100;
 /// Left and right of the bars, pixels.
@@ -72,11 +72,12 @@ fn time_axis(
     let text = |size: i32| ("sans-serif", size).into_font().color(&INK);
     root.draw(&PathElement::new(vec![(pixel(start), top), (pixel(end), top)], INK.stroke_width(1)))?;
     let every = 0.1 * (end - start).max(1e-9);
-    for mark in 0..=10 {
-        let time = start + every * f64::from(mark);
+    let times: Vec<f64> = (0..=10).map(|mark| start + every * f64::from(mark)).collect();
+    let digits = decimals(&times).min(2);
+    for time in times {
         let x = pixel(time);
         root.draw(&PathElement::new(vec![(x, top), (x, top + 5)], INK.stroke_width(1)))?;
-        let label = tick_label(time, every * 10.0);
+        let label = tick_label(time, digits);
         root.draw(&Text::new(label, (x - 9, top + 8), text(14)))?;
     }
     root.draw(&Text::new("time / s", ((pixel(start) + pixel(end)) / 2 - 25, top + 27), text(15)))?;

@@ -3,7 +3,7 @@
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use crate::panel::{Area, Drawn, GRID, INK, tick_label};
+use crate::panel::{Area, Drawn, GRID, INK, decimals, marks, tick_label};
 
 /// Where the plot's own ground is within its area, pixels.
 #[derive(Clone, Copy, Debug)]
@@ -70,8 +70,11 @@ pub fn axes<'a, 'b>(
         .x_label_area_size(margins.bottom)
         .y_label_area_size(margins.left.min(Y_LABELS))
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    let (x_mark, y_mark) = (|v: &f64| tick_label(*v, x.1 - x.0), |v: &f64| tick_label(*v, y.1 - y.0));
     let (width, height) = chart.plotting_area().dim_in_pixel();
+    // A mark every 60 pixels or so.
+    let (x_marks, y_marks) = (two_marks(x, (width / 60).max(3)), two_marks(y, (height / 45).max(3)));
+    let (x_digits, y_digits) = (decimals(&marks(x, x_marks)), decimals(&marks(y, y_marks)));
+    let (x_mark, y_mark) = (|v: &f64| tick_label(*v, x_digits), |v: &f64| tick_label(*v, y_digits));
     chart
         .configure_mesh()
         .label_style(("sans-serif", 13).into_font().color(&INK))
@@ -79,15 +82,20 @@ pub fn axes<'a, 'b>(
         .axis_style(INK)
         .bold_line_style(GRID)
         .light_line_style(TRANSPARENT)
-        // A mark every 60 pixels or so.
-        .x_labels((width / 60).max(3) as usize)
-        .y_labels((height / 45).max(3) as usize)
+        .x_labels(x_marks)
+        .y_labels(y_marks)
         .x_label_formatter(&x_mark)
         .y_label_formatter(&y_mark)
         .x_desc(words.x)
         .y_desc(words.y)
         .draw()?;
     Ok(chart)
+}
+
+/// How many marks an axis is asked to have at most for it to have two, without which it tells no length.
+fn two_marks(range: (f64, f64), wanted: u32) -> usize {
+    let wanted = wanted as usize;
+    (wanted..wanted + 4).find(|most| marks(range, *most).len() >= 2).unwrap_or(wanted)
 }
 
 /// A line through points.

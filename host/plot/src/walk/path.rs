@@ -27,7 +27,11 @@ pub fn draw(track: &Track) -> Result<String, PlotError> {
 
         let outlines = [first, last].map(|s| outlines(&track.plan, s));
         let reach = map::corners(outlines.iter().flatten().flatten().chain(&path).copied());
-        let words = Words { title: "From above: start grey, end blue", x: "x / mm, ahead", y: "y / mm, to the left" };
+        let words = Words {
+            title: "From above: start grey, end blue; dot: the eccentric, thick edge: the front",
+            x: "x / mm, ahead",
+            y: "y / mm, to the left",
+        };
         let ranges = map::ranges(&left, MARGINS, reach, 0.06);
         let mut chart = map::axes(&left, MARGINS, ranges, words)?;
         for (snapshot, boxes, colour) in [(first, &outlines[0], START), (last, &outlines[1], END)] {
@@ -41,7 +45,10 @@ pub fn draw(track: &Track) -> Result<String, PlotError> {
         map::line(&mut chart, &path, PATH.stroke_width(1))?;
         let label = ("sans-serif", 14).into_font().color(&INK);
         for (at, name, colour) in [(path[0], "start", START), (path[path.len() - 1], "end", END)] {
+            // The path may go on behind its name.
+            let paper = WHITE.mix(0.8).filled();
             let mark = EmptyElement::at((at[0], at[1]))
+                + Rectangle::new([(7, -9), (12 + 8 * name.len() as i32, 9)], paper)
                 + Circle::new((0, 0), 5, colour.filled())
                 + Text::new(name, (9, -6), label.clone());
             chart.draw_series(std::iter::once(mark))?;

@@ -19,6 +19,7 @@ use robot_file::design::design;
 use serde::Serialize;
 
 use super::pair::KeysFile;
+use super::run_directory::CALIBRATED;
 use super::sim::listed;
 use super::{Common, Done, ask, identify, print, print_json, say};
 
@@ -42,14 +43,17 @@ const MOST_LOST: f64 = 0.3;
 
 /// Calibrate the angle sensor of a real robot: spin it once through a dongle and correct its potentiometer
 ///
-/// Guides through it on stderr. Writes the robot file with [sensor.correction], the recording and a plot into --out.
+/// Guides through it on stderr. Writes the robot file with [sensor.correction], the recording and a plot into a directory
+/// of their own, out/calibrate-0001 and so on; out/latest-calibrate leads to the last that gave a correction. With --out DIR
+/// they go there, and files of another calibration that are there already are written over only with --overwrite.
 #[derive(Args)]
 #[command(
-    mut_arg("out", |arg| arg.default_value("out/calibrated")),
+    mut_arg("out", |arg| arg.default_value(CALIBRATED.numbered)),
     mut_arg("seed", |arg| arg.hide(true)),
     after_help = "Examples:\n  \
         scram calibrate --port /dev/ttyUSB0\n  \
-        scram calibrate --port COM5 --robot mine.toml --address 7c:df:a1:00:11:22"
+        scram calibrate --port COM5 --robot mine.toml --address 7c:df:a1:00:11:22\n  \
+        SCRAM_ROBOT=$PWD/out/latest-calibrate/robot.toml cargo flash-robot esp32"
 )]
 pub struct Calibrate {
     /// The dongle's serial port
@@ -65,6 +69,9 @@ pub struct Calibrate {
     yes: bool,
     #[command(flatten)]
     common: Common,
+    /// Write over what is in --out already
+    #[arg(long)]
+    overwrite: bool,
 }
 
 /// JSON object that `--json` prints to stdout.
@@ -115,6 +122,7 @@ impl Calibrate {
         let robot = self.common.robot()?;
         require_potentiometer(&robot)?;
         self.common.keeps_robot_file(&self.common.out.join("robot.toml"))?;
+        CALIBRATED.refuse(&self.common.out, self.overwrite)?;
         let designed = design(&robot).map_err(|e| {
             miette!(
                 help = "the robot's firmware is built from this file's [controller]: it has every number that a design needs",
@@ -179,11 +187,13 @@ impl Calibrate {
         address: Address,
         robot: &Robot,
     ) -> Done {
-        let mut files = identify::save(&self.common, fit, &self.common.out)?.to_vec();
-        files.extend(self.save("run", recording, recorder, address, robot)?);
-        for ending in ["mcap", "csv", "toml"] {
-            let _ = std::fs::remove_file(self.common.out.join("failed").with_extension(ending));
-        }
+        let files = CALIBRATED.fill(&self.common.out, self.overwrite, |out| {
+            let title = format!("{} at {}, run.mcap", robot.name, link::address(&address));
+            let mut files = identify::save(&self.common, fit, &title, out)?.to_vec();
+            files.extend(save(out, "run", recording, recorder, address, robot)?);
+            CALIBRATED.warn_older(out, &files);
+            Ok(files)
+        })?;
         if self.common.json {
             let (ticks, lost_ticks) = (recorder.received(), recorder.lost().0);
             print_json(&Output { fit, address: link::address(&address), ticks, lost_ticks, files: &files })?;
@@ -207,35 +217,38 @@ impl Calibrate {
         if recording.is_empty() {
             return error.wrap_err("no calibration");
         }
-        match self.save("failed", recording, recorder, address, robot) {
+        let kept = CALIBRATED.fill_unfinished(&self.common.out, self.overwrite, |out| {
+            let files = save(out, "failed", recording, recorder, address, robot)?;
+            CALIBRATED.warn_older(out, &files);
+            Ok(files)
+        });
+        match kept {
             Ok(files) => error.wrap_err(format!("no calibration; the recording is {}", files[0].display())),
             Err(unsaved) => error.wrap_err(format!("no calibration, and the recording is lost: {unsaved}")),
         }
     }
+}
 
-    fn save(
-        &self,
-        name: &str,
-        recording: &Recording,
-        recorder: &Recorder,
-        address: Address,
-        robot: &Robot,
-    ) -> Result<[PathBuf; 2], Report> {
-        let (lost, gaps) = recorder.lost();
-        let metadata = Metadata {
-            robot: Some(robot.name.clone()),
-            excitation: Some(format!("duty:{DUTY}")),
-            notes: Some(format!(
-                "scram calibrate, robot {}, {lost} ticks lost in {gaps} gaps",
-                link::address(&address)
-            )),
-            ..Metadata::default()
-        };
-        let files = ["mcap", "csv"].map(|ending| self.common.out.join(name).with_extension(ending));
-        write_mcap_with(&files[0], recording, &[], &metadata)?;
-        write_csv_with(&files[1], recording, &[], &metadata)?;
-        Ok(files)
-    }
+/// Writes what was received, as MCAP and CSV.
+fn save(
+    out: &Path,
+    name: &str,
+    recording: &Recording,
+    recorder: &Recorder,
+    address: Address,
+    robot: &Robot,
+) -> Result<[PathBuf; 2], Report> {
+    let (lost, gaps) = recorder.lost();
+    let metadata = Metadata {
+        robot: Some(robot.name.clone()),
+        excitation: Some(format!("duty:{DUTY}")),
+        notes: Some(format!("scram calibrate, robot {}, {lost} ticks lost in {gaps} gaps", link::address(&address))),
+        ..Metadata::default()
+    };
+    let files = ["mcap", "csv"].map(|ending| out.join(name).with_extension(ending));
+    write_mcap_with(&files[0], recording, &[], &metadata)?;
+    write_csv_with(&files[1], recording, &[], &metadata)?;
+    Ok(files)
 }
 
 /// The correction, or why a whole run gives none.

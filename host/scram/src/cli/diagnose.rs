@@ -27,6 +27,9 @@ const MOST_SAMPLES: usize = 60_000;
 ///
 /// Fits on some runs, judges on others. Writes the extended robot file, report.html and diagnosis.json into a
 /// directory of their own, out/diagnose-0001 and so on; out/latest-diagnose leads to the last.
+///
+/// Of a potentiometer without [sensor.correction] the converter's error is fitted, too. It is in the report's figures and
+/// not in the extended robot file: calibrate first (scram calibrate, scram identify potentiometer).
 #[derive(Args)]
 #[command(mut_arg("out", |arg| arg.default_value(DIAGNOSED.numbered)))]
 #[command(after_help = "Examples:\n  \

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 use diagnose::identify::{PotentiometerFit, SecondFit, potentiometer, second_potentiometer};
 use miette::Report;
-use plot::residual_svg;
+use plot::{residual_svg, under_title};
 use recording::ReadOptions;
+use robot_file::Robot;
 use robot_file::edit::Document;
 use scram::progress::bar;
 use serde::Serialize;
@@ -80,15 +81,20 @@ impl Potentiometer {
         match self.sensor {
             Which::First => {
                 let fit = potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
-                let files = self.fill(|out| save(common, &fit, out))?;
+                let files = self.fill(|out| save(common, &fit, &self.title(&robot, ""), out))?;
                 told(common, &fit, &fit, &files)
             }
             Which::Second => {
                 let fit = second_potentiometer(&robot, &loaded.recording).map_err(Report::from)?;
-                let files = self.fill(|out| save_second(common, &fit, out))?;
+                let files = self.fill(|out| save_second(common, &fit, &self.title(&robot, ", second sensor"), out))?;
                 told(common, &fit, &fit.own, &files)
             }
         }
+    }
+
+    /// Over the plot: whose sensor it is, and from which run.
+    fn title(&self, robot: &Robot, which: &str) -> String {
+        format!("{}{which}, {}", robot.name, self.run.display())
     }
 
     fn fill(&self, write: impl FnOnce(&Path) -> Result<[PathBuf; 2], Report>) -> Result<[PathBuf; 2], Report> {
@@ -112,23 +118,29 @@ fn told(common: &Common, whole: &impl Serialize, fit: &PotentiometerFit, files: 
 }
 
 /// Writes the corrected robot file and the plot of what is left into a directory.
-pub(super) fn save(common: &Common, fit: &PotentiometerFit, out: &Path) -> Result<[PathBuf; 2], Report> {
+pub(super) fn save(common: &Common, fit: &PotentiometerFit, title: &str, out: &Path) -> Result<[PathBuf; 2], Report> {
     let mut document = Document::load(&common.robot)?;
     document.set_correction(&fit.correction)?;
-    save_both(common, &document, fit, out)
+    save_both(common, &document, fit, title, out)
 }
 
-fn save_second(common: &Common, fit: &SecondFit, out: &Path) -> Result<[PathBuf; 2], Report> {
+fn save_second(common: &Common, fit: &SecondFit, title: &str, out: &Path) -> Result<[PathBuf; 2], Report> {
     let mut document = Document::load(&common.robot)?;
     document.set_second_correction(&fit.own.correction)?;
     document.set("sensor.second.offset_deg", &fit.offset)?;
-    save_both(common, &document, &fit.own, out)
+    save_both(common, &document, &fit.own, title, out)
 }
 
-fn save_both(common: &Common, document: &Document, fit: &PotentiometerFit, out: &Path) -> Result<[PathBuf; 2], Report> {
+fn save_both(
+    common: &Common,
+    document: &Document,
+    fit: &PotentiometerFit,
+    title: &str,
+    out: &Path,
+) -> Result<[PathBuf; 2], Report> {
     let (file, picture) = (out.join(ROBOT), out.join("potentiometer.svg"));
     common.save(document, &file)?;
-    write(&picture, &residual_svg(fit))?;
+    write(&picture, &under_title(title, &residual_svg(fit)))?;
     Ok([file, picture])
 }
 

@@ -26,7 +26,7 @@ use std::sync::OnceLock;
 use clap::{Args, Parser, Subcommand};
 use common::atomic::write_atomically;
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
-use recording::{Loaded, ReadOptions, RecordingError, check_rig, is_disk_full, load_with};
+use recording::{Loaded, ReadOptions, RecordingError, check_rig, does_not_fit, is_disk_full, load_with};
 use robot_file::Robot;
 use robot_file::edit::Document;
 
@@ -174,7 +174,7 @@ impl Common {
 /// Writes a text, whole or not at all.
 fn write(path: &Path, text: &str) -> Result<(), Report> {
     match write_atomically::<std::io::Error>(path, |w| std::io::Write::write_all(w, text.as_bytes())) {
-        Err(error) if is_disk_full(&error) => Err(RecordingError::io(path, error).into()),
+        Err(error) if does_not_fit(&error) => Err(RecordingError::io(path, error).into()),
         written => written.into_diagnostic().wrap_err_with(|| format!("{} cannot be written", path.display())),
     }
 }

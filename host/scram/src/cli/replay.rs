@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use miette::Report;
+use plot::under_title;
 use scram::replay::{COMPARISON, Findings, Quantity, replay};
 use serde::Serialize;
 
@@ -14,8 +15,9 @@ use super::{Common, Done, print, print_json, table, write};
 /// Plot a recording again, and show what the current controller would decide otherwise
 ///
 /// Reads recordings of `scram sim` and `scram hil`, of a console session, and CSV. Plots (SVG) go into a
-/// directory of their own, out/replay-0001 and so on; out/latest-replay leads to the last. Where the recording has orders and sensor codes, the current controller, designed from --robot, gets the recorded samples and
-/// orders, and what it decides is compared with what was decided then.
+/// directory of their own, out/replay-0001 and so on; out/latest-replay leads to the last. Where the recording has orders
+/// and sensor codes, the current controller, designed from --robot, gets the recorded samples and orders, and what it
+/// decides is compared with what was decided then.
 ///
 /// The samples are fixed (open loop): the recorded shaft does not follow the current controller. A difference shows that
 /// and where decisions change, not how the run would have gone on.
@@ -58,12 +60,10 @@ impl Replay {
             let mut files = Vec::new();
             for (name, svg) in &pictures {
                 files.push(out.join(format!("{name}.svg")));
-                write(&out.join(format!("{name}.svg")), svg)?;
+                write(&out.join(format!("{name}.svg")), &under_title(&self.title(name, &seen.recorded), svg))?;
             }
-            if findings.same.is_none() {
-                // A comparison of an earlier replay, written over, would lie beside this one.
-                let _ = std::fs::remove_file(out.join(format!("{COMPARISON}.svg")));
-            }
+            // Of an earlier replay: a comparison, where this one compares nothing.
+            REPLAYED.warn_older(out, &files);
             Ok(files)
         })?;
         if self.common.json {
@@ -73,6 +73,18 @@ impl Replay {
         self.tell(findings);
         print(&format!("written: {}", listed(&files)));
         Ok(())
+    }
+
+    /// Over a picture: the file and what it recorded, and of the comparison whose controller decided again.
+    fn title(&self, picture: &str, recorded: &str) -> String {
+        let mut title = self.run.display().to_string();
+        if !recorded.is_empty() {
+            title += &format!(": {recorded}");
+        }
+        if picture == COMPARISON {
+            title += &format!("; decided again with {}", self.common.robot.display());
+        }
+        title
     }
 
     fn tell(&self, findings: &Findings) {

@@ -33,7 +33,7 @@ pub const RUNS: Series = Series {
     are: "the recording of another run",
 };
 
-/// What `scram identify` found. Has a link of its own, as the two below: `latest` goes on leading to the recording.
+/// What `scram identify` found. Has a link of its own, as those below: `latest` goes on leading to the recording.
 pub const IDENTIFIED: Series = Series {
     numbered: "out/identify-NNNN",
     prefix: "identify-",
@@ -49,6 +49,15 @@ pub const REPLAYED: Series = Series {
     latest: "latest-replay",
     kept: &["replay.svg", "replay-comparison.svg"],
     are: "the picture of another replay",
+};
+
+/// What `scram calibrate` found, and the recordings that it is from or that gave nothing.
+pub const CALIBRATED: Series = Series {
+    numbered: "out/calibrate-NNNN",
+    prefix: "calibrate-",
+    latest: "latest-calibrate",
+    kept: &["robot.toml", "potentiometer.svg", "run.mcap", "run.csv", "failed.mcap", "failed.csv"],
+    are: "perhaps of another calibration",
 };
 
 /// What `scram diagnose` found.
@@ -124,6 +133,12 @@ impl Series {
         }
     }
 
+    /// Says which of the files that are not written over unasked lie in a directory and are not of this run, which wrote
+    /// `files`: see [`warn_older`].
+    pub fn warn_older(&self, out: &Path, files: &[PathBuf]) {
+        warn_older(out, self.kept, files);
+    }
+
     /// Writes a run's files into its directory.
     ///
     /// # Errors
@@ -134,13 +149,46 @@ impl Series {
         overwrite: bool,
         write: impl FnOnce(&Path) -> Result<T, Report>,
     ) -> Result<T, Report> {
+        self.end(out, overwrite, write, RunDirectory::keep)
+    }
+
+    /// The same for a run that came to nothing but leaves files: the link goes on leading to the last that did.
+    ///
+    /// # Errors
+    /// Those of [`Series::fill`].
+    pub fn fill_unfinished<T>(
+        &self,
+        out: &Path,
+        overwrite: bool,
+        write: impl FnOnce(&Path) -> Result<T, Report>,
+    ) -> Result<T, Report> {
+        self.end(out, overwrite, write, drop)
+    }
+
+    fn end<T>(
+        &self,
+        out: &Path,
+        overwrite: bool,
+        write: impl FnOnce(&Path) -> Result<T, Report>,
+        keep: impl FnOnce(RunDirectory),
+    ) -> Result<T, Report> {
         let directory = RunDirectory::claim(self, out, overwrite)?;
         let written = write(&directory.path);
         match &written {
-            Ok(_) => directory.keep(),
+            Ok(_) => keep(directory),
             Err(_) => directory.abandon(),
         }
         written
+    }
+}
+
+/// Says which files of these names lie in a directory and are not among those that a run has written: an earlier run's
+/// plot beside this run's would mislead. They are left there, for they may be somebody's own.
+pub fn warn_older(out: &Path, names: &[impl AsRef<str>], files: &[PathBuf]) {
+    let others = names.iter().map(AsRef::as_ref).filter(|name| !files.contains(&out.join(name)));
+    let older: Vec<&str> = others.filter(|name| out.join(name).exists()).collect();
+    if !older.is_empty() {
+        say(&format!("warning: not of this run, but in {}: {}", out.display(), older.join(", ")));
     }
 }
 

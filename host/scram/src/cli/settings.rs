@@ -29,6 +29,11 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
 }
 
 impl Settings {
+    /// `PATH=VALUE`, each.
+    pub fn words(&self) -> impl Iterator<Item = String> {
+        self.set.iter().map(|(path, value)| format!("{path}={value}"))
+    }
+
     /// The robot of a file with these values in place of its own. The file itself is not changed.
     ///
     /// # Errors

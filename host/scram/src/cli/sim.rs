@@ -14,10 +14,10 @@ use simulation::{
 };
 
 use super::on_chip::OnChip;
-use super::run_directory::RUNS;
+use super::run_directory::{RUNS, warn_older};
 use super::settings::Settings;
 use super::walk::{self, Ground};
-use super::{Common, Done, Failure, print, print_json, say, table, write};
+use super::{Common, Done, Failure, print, print_json, table, write};
 
 /// Longest run, s: everything of a run is held in memory.
 const LONGEST_S: f64 = 600.0;
@@ -196,9 +196,14 @@ impl Run {
         Ok(())
     }
 
-    /// "scram-26, freq:7 for 2 s, seed 1", and whether and how it stands on the ground.
+    /// "scram-26, freq:7 for 2 s, seed 1", what is set and what breaks, and whether and how it stands on the ground.
     fn title(&self, robot: &robot_file::Robot, plan: &Plan, ran: &Ran) -> String {
-        let what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
+        let mut what = format!("{}, {} for {} s, seed {}", robot.name, self.drive, plan.seconds, self.common.seed);
+        let broken = self.faults.split(',').map(|fault| fault.trim().to_owned()).filter(|fault| !fault.is_empty());
+        for other in self.settings.words().chain(broken) {
+            what += ", ";
+            what += &other;
+        }
         let place = ran.walk.as_ref().map_or_else(|| "the motor alone".to_owned(), |walk| walk::place(walk, robot));
         format!("{what}, {place}")
     }
@@ -232,19 +237,10 @@ impl Run {
             files.push(file);
         }
         files.extend(self.ground.write(walk, title, out)?);
-        warn_older(out, &files);
+        let plots = PLOT_NAMES.into_iter().chain(WALK_PLOT_NAMES).map(|name| format!("{name}.svg"));
+        let names: Vec<String> = plots.chain([walk::TRACK.to_owned()]).collect();
+        warn_older(out, &names, &files);
         Ok(files)
-    }
-}
-
-/// Says which files in the directory are called as a run's and are not of this one: an earlier run's plot beside this
-/// run's would mislead. They are left there, for they may be somebody's own.
-fn warn_older(out: &Path, files: &[PathBuf]) {
-    let plots = PLOT_NAMES.into_iter().chain(WALK_PLOT_NAMES).map(|name| format!("{name}.svg"));
-    let others = plots.chain([walk::TRACK.to_owned()]).filter(|name| !files.contains(&out.join(name)));
-    let older: Vec<String> = others.filter(|name| out.join(name).exists()).collect();
-    if !older.is_empty() {
-        say(&format!("warning: not of this run, but in {}: {}", out.display(), older.join(", ")));
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use hal_sim::body::Precision;
 use miette::{Report, miette};
-use plot::figures;
+use plot::{figures, under_title};
 use robot_file::edit::Document;
 use serde::Serialize;
 use sweep::claims::{self, ClaimResult};
@@ -257,7 +257,7 @@ impl Sweep {
         let mut files = vec![swept.file.clone()];
         files.extend(swept.paths_file.clone());
         for (name, svg) in figures::draw(swept, measured).map_err(Report::from)? {
-            files.push(self.common.write(&format!("{name}.svg"), &svg)?);
+            files.push(self.common.write(&format!("{name}.svg"), &under_title(&self.title(builder), &svg))?);
         }
         let robustness: Option<Vec<_>> =
             Component::ALL.iter().map(|c| conditions.robustness(*c).map(|r| (*c, r))).collect();
@@ -294,6 +294,17 @@ impl Sweep {
         }
         print(&format!("written: {}", super::sim::listed(&summary.files)));
         Ok(())
+    }
+
+    /// Over a plot: which robot, and which runs.
+    fn title(&self, builder: &VariantBuilder) -> String {
+        let seeds = self.seeds();
+        let runs = match seeds.as_slice() {
+            [first, .., last] => format!("{} runs of {} s each, seeds {first} … {last}", seeds.len(), self.seconds),
+            _ => format!("a run of {} s each, seed {}", self.seconds, self.common.seed),
+        };
+        let drive = if self.drive == Turns::Motor { "motor" } else { "ideal shaft" };
+        format!("{}, {drive}, {runs}", builder.robot().name)
     }
 
     fn evaluate(&self, builder: &VariantBuilder) -> Done {

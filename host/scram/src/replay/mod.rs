@@ -17,7 +17,7 @@ use robot_file::Robot;
 use serde::Serialize;
 
 use crate::progress;
-use recording::{Entry, FullRow, Loaded, Progress, ReadOptions, RecordingError, SessionEvent, check_rig};
+use recording::{Entry, FullRow, Loaded, Metadata, Progress, ReadOptions, RecordingError, SessionEvent, check_rig};
 
 pub use compare::{First, Quantity, Shown, Worst};
 pub use picture::{COMPARISON, OVERVIEW};
@@ -60,6 +60,8 @@ pub struct Findings {
 pub struct Replay {
     /// Numbers and words.
     pub findings: Findings,
+    /// "scram-26, freq:7, seed 1": what the file says of whom and what it recorded; empty where it says nothing.
+    pub recorded: String,
     history: History,
 }
 
@@ -87,11 +89,18 @@ pub fn replay(path: &Path, robot_name: Option<&str>, robot: &Robot) -> Result<Re
     let options = ReadOptions { robot: robot_name.map(str::to_owned), progress, ..ReadOptions::default() };
     let loaded = recording::load_with(path, &options)?;
     let answers = decide::answers(&recording::events(path)?, robot_name);
+    let recorded = recorded(&loaded.metadata, robot_name);
     let mut pass = Pass::new(&loaded, robot, answers);
     recording::entries_with(path, robot_name, progress, &mut |entry| pass.take(&entry))?;
     // What was dropped to bound memory was dropped from the check only.
     let notes = loaded.notes.into_iter().filter(|note| !note.contains("rows were kept")).collect();
-    Ok(pass.finish(notes))
+    Ok(pass.finish(notes, recorded))
+}
+
+fn recorded(metadata: &Metadata, robot_name: Option<&str>) -> String {
+    let robot = robot_name.map(str::to_owned).or_else(|| metadata.robot.clone());
+    let seed = metadata.seed.map(|seed| format!("seed {seed}"));
+    [robot, metadata.excitation.clone(), seed].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// One pass over all entries.
@@ -221,7 +230,7 @@ impl Pass {
         }
     }
 
-    fn finish(mut self, mut notes: Vec<String>) -> Replay {
+    fn finish(mut self, mut notes: Vec<String>, recorded: String) -> Replay {
         if self.last.is_some_and(|row| row.duty.is_none()) {
             self.obstacles.push("the recording has voltages and no duty".into());
         }
@@ -265,7 +274,7 @@ impl Pass {
             not_compared,
             notes,
         };
-        Replay { findings, history: self.history }
+        Replay { findings, recorded, history: self.history }
     }
 }
 

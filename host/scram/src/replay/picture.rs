@@ -31,6 +31,8 @@ fn line(label: &str, colour: RGBColor, trail: &Trail) -> Line {
 impl History {
     fn whole(&self) -> (f64, f64) {
         let (from, to) = self.x;
+        // The first sample comes microseconds after the start.
+        let from = if from > 0.0 && from < 1e-3 * to { 0.0 } else { from };
         if from < to { (from, to) } else { (from - 0.5, from + 0.5) }
     }
 
@@ -47,7 +49,11 @@ impl History {
             self.panel("Phase: reference minus estimate", "phase error / °", vec![line("", RECORDED, &self.phase_deg)]),
             self.angle(),
             self.panel("Duty, counter-clockwise positive", "duty", vec![line("", RECORDED, &self.recorded.duty)]),
-            self.panel("Voltage at the motor", "voltage / V", vec![line("", RECORDED, &self.voltage_v)]),
+            self.panel(
+                "Voltage at the motor, counter-clockwise positive",
+                "voltage / V",
+                vec![line("", RECORDED, &self.voltage_v)],
+            ),
             self.panel(
                 "Supply",
                 "voltage / V",
@@ -77,7 +83,11 @@ impl History {
                 "frequency / Hz",
                 both(&then.frequency_hz, &now.frequency_hz),
             ),
-            self.panel("Estimated angle", "angle / °", both(&then.angle_deg, &now.angle_deg)),
+            self.panel(
+                "Estimated angle, counter-clockwise positive",
+                "angle / °",
+                both(&then.angle_deg, &now.angle_deg),
+            ),
         ];
         let panels: Vec<Panel> = panels.into_iter().flatten().collect();
         let strips = vec![strip("recorded", then), strip("now", now)];
@@ -104,7 +114,7 @@ impl History {
         };
         let lower = self.targets("target", |(.., angles)| angles[0]);
         let upper = self.targets("", |(.., angles)| angles[1]);
-        self.panel("Angle of the shaft", "angle / °", vec![measured, lower, upper])
+        self.panel("Angle of the shaft, counter-clockwise positive", "angle / °", vec![measured, lower, upper])
     }
 
     /// A constant from each command to the next.

@@ -1,0 +1,172 @@
+//! The course of a diagnosis: a screen, and where it raises an alarm fits of single effects, of pairs, and of second effects.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use effects::Id;
+use robot_file::robot::Robot;
+
+use super::bootstrap::Bootstrap;
+use super::screen::Screen;
+use super::search::{self, Candidate};
+use super::selection::{Decision, Selection, reaches};
+use super::session::Session;
+use super::verdict::Verdict;
+use super::{DiagnoseError, Options, judged, refuse_wrong_rig};
+
+/// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
+const PASSES: usize = 3;
+
+/// What is asked.
+pub struct Inquiry<'a> {
+    /// The robot file.
+    pub robot: &'a Robot,
+    /// How to diagnose.
+    pub options: &'a Options,
+}
+
+/// What was found.
+pub struct Found {
+    /// Runs, model and floor.
+    pub session: Session,
+    /// The refitted nominal model.
+    pub baseline: Candidate,
+    /// Models that were tried.
+    pub candidates: Vec<Candidate>,
+    /// Resamples of the held-out rollouts.
+    pub bootstrap: Bootstrap,
+    /// The decision.
+    pub decision: Decision,
+    /// The screen about the model that is named, or about the nominal one.
+    pub rest: Screen,
+}
+
+impl Found {
+    /// For comparisons.
+    #[must_use]
+    pub fn selection(&self) -> Selection<'_> {
+        Selection {
+            noise: self.session.noise,
+            baseline: &self.baseline,
+            candidates: &self.candidates,
+            bootstrap: &self.bootstrap,
+        }
+    }
+
+    fn decide(&mut self, alarm: bool) {
+        self.decision = self.selection().decide(alarm);
+    }
+
+    /// A better model leaves fewer kinks in what the floor is measured on: the floor is the least that any model shows.
+    fn refine_floor(&mut self) {
+        if let Some(best) = best(&self.candidates) {
+            self.session.noise = self.session.noise.min(self.session.scatter_about(&best.evaluation));
+        }
+    }
+}
+
+impl Inquiry<'_> {
+    /// Tells what is being done, and the share done.
+    pub fn tell(&self, what: &str, share: f64) {
+        if let Some(progress) = &self.options.progress {
+            progress(what, share);
+        }
+    }
+
+    /// From the refitted nominal model to a decision.
+    pub fn run(&self, mut session: Session, mut baseline: Candidate) -> Result<Found, DiagnoseError> {
+        let effects = search::candidates(&session, self.robot);
+        let (rest, candidates) = self.singles(&mut session, &mut baseline, &effects)?;
+        let bootstrap = Bootstrap::new(baseline.evaluation.errors.len(), self.options.seed);
+        let decision = Decision { verdict: Verdict::Nothing, class: Vec::new() };
+        let mut found = Found { session, baseline, candidates, bootstrap, decision, rest };
+        let alarm = found.rest.alarm();
+        found.refine_floor();
+        found.decide(alarm);
+        if found.decision.verdict == Verdict::Unexplained {
+            self.tell("fitting pairs of effects", 0.7);
+            found.candidates.extend(search::pairs(&found.session, &found.candidates));
+            search::apart(&found.session, &found.baseline, &mut found.candidates);
+            found.refine_floor();
+            found.decide(alarm);
+        }
+        if let Some(named) = found.decision.named() {
+            found.rest = self.screen(&found.session, &found.candidates[named], &effects);
+            if found.candidates[named].effects.len() == 1 && found.decision.verdict != Verdict::Unexplained {
+                self.tell("fitting second effects", 0.85);
+                self.second(&mut found, named, &effects);
+            }
+        }
+        if found.decision.verdict == Verdict::Unexplained && found.rest.follows().is_none() {
+            let after = found.decision.named().map_or(&found.baseline, |named| &found.candidates[named]);
+            self.add_curves(&mut found.rest, &found.session, after);
+        }
+        Ok(found)
+    }
+
+    fn screen(&self, session: &Session, model: &Candidate, effects: &[Id]) -> Screen {
+        Screen::of_effects(&session.model, &session.data(), &model.fit, effects, self.options.seed)
+    }
+
+    /// Screens curves about a model too.
+    fn add_curves(&self, screen: &mut Screen, session: &Session, model: &Candidate) {
+        screen.add_curves(&session.model, &session.data(), &model.fit, self.options.seed);
+    }
+
+    /// Tries every effect on its own, where a screen of the nominal model raises an alarm; returns that screen.
+    fn singles(
+        &self,
+        session: &mut Session,
+        baseline: &mut Candidate,
+        effects: &[Id],
+    ) -> Result<(Screen, Vec<Candidate>), DiagnoseError> {
+        let mut screen = self.screen(session, baseline, effects);
+        let mut candidates = Vec::new();
+        for pass in 0..PASSES {
+            if !screen.alarm() {
+                self.add_curves(&mut screen, session, baseline);
+            }
+            if !screen.alarm() {
+                return Ok((screen, Vec::new()));
+            }
+            let done = AtomicUsize::new(0);
+            candidates = search::singles(session, baseline, effects, &|| {
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                let passes = pass as f64 + done as f64 / effects.len() as f64;
+                self.tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
+            });
+            // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
+            let best = best(&candidates).filter(|best| !reaches(session.noise, baseline, best));
+            let Some(best) = best.filter(|_| pass + 1 < PASSES) else { break };
+            if !session.drop_blind(&best.fit, self.options)? {
+                break;
+            }
+            let fit = session.settle(&baseline.fit);
+            *baseline = judged(session, fit);
+            refuse_wrong_rig(self.robot, session, baseline)?;
+            screen = self.screen(session, baseline, effects);
+        }
+        Ok((screen, candidates))
+    }
+
+    /// Looks for a second effect in what a screen about the named one leaves.
+    fn second(&self, found: &mut Found, named: usize, effects: &[Id]) {
+        let pairs = search::beside(&found.session, &found.candidates[named], &found.rest.effects());
+        if pairs.is_empty() {
+            return;
+        }
+        found.candidates.extend(pairs);
+        // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
+        search::apart(&found.session, &found.baseline, &mut found.candidates);
+        found.decide(true);
+        if let Some(pair) = found.selection().with_second(&found.decision) {
+            found.decision = pair;
+        }
+        if let Some(named) = found.decision.named() {
+            found.rest = self.screen(&found.session, &found.candidates[named], effects);
+        }
+    }
+}
+
+fn best(candidates: &[Candidate]) -> Option<&Candidate> {
+    candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
+}

@@ -1,0 +1,165 @@
+//! Terms that no effect of the catalogue has: a torque on the shaft, or an error of the reading, that follows one coordinate by
+//! a curve that nobody has chosen. They say where a misfit lives whatever its law is.
+
+use std::f64::consts::TAU;
+
+/// What a term follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Follows {
+    /// The shaft's angle: torques of one to four waves a turn.
+    Angle,
+    /// The shaft's speed: torques at nine speeds, linear in between.
+    Speed,
+    /// The voltage at the terminals before the bridge's own drop: torques at nine voltages.
+    Voltage,
+    /// The time in the run: a friction and a share of the voltage at five times.
+    Time,
+    /// The wiper's angle: errors of the reading of one to six waves a turn.
+    Reading,
+}
+
+/// Scales of a rig's runs, from which the curves' knots follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spans {
+    /// Highest speed, rad/s.
+    pub speed: f64,
+    /// Highest voltage, V.
+    pub voltage: f64,
+    /// Longest run, s.
+    pub time: f64,
+    /// Size of a torque, N·m.
+    pub torque: f64,
+}
+
+/// Size of an error of the reading, rad.
+const READING: f64 = 0.01;
+/// Knots of a curve over a signed coordinate, as shares of its span: close where friction bends.
+const KNOTS: [f64; 9] = [-1.0, -0.5, -0.2, -0.05, 0.0, 0.05, 0.2, 0.5, 1.0];
+/// Knots over the time.
+const TIMES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// Share of the highest speed at which friction has half reached its level.
+const SLOW: f64 = 0.02;
+
+impl Follows {
+    /// Every coordinate.
+    pub const ALL: [Self; 5] = [Self::Angle, Self::Speed, Self::Voltage, Self::Time, Self::Reading];
+
+    /// Name in the exchange format.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Angle | Self::Reading => "angle_rad",
+            Self::Speed => "speed_rad_per_s",
+            Self::Voltage => "voltage_v",
+            Self::Time => "time_s",
+        }
+    }
+
+    /// How many terms its curve has.
+    #[must_use]
+    pub fn terms(self) -> usize {
+        match self {
+            Self::Angle => 8,
+            Self::Speed | Self::Voltage => KNOTS.len(),
+            Self::Time => 2 * TIMES.len(),
+            Self::Reading => 12,
+        }
+    }
+}
+
+/// One term of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// What it follows.
+    pub follows: Follows,
+    /// Which of the curve's terms.
+    pub term: usize,
+    /// The rig's scales.
+    pub spans: Spans,
+}
+
+/// The shaft at a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Angle, rad.
+    pub angle: f64,
+    /// Speed, rad/s.
+    pub speed: f64,
+    /// Voltage at the terminals before the bridge's own drop, V; 0 while it is open.
+    pub voltage: f64,
+    /// Time in the run, s.
+    pub time: f64,
+}
+
+impl Probe {
+    /// Torque at a moment, N·m.
+    #[must_use]
+    pub fn torque(&self, at: Moment) -> f64 {
+        let spans = &self.spans;
+        spans.torque
+            * match self.follows {
+                Follows::Angle => wave(self.term, at.angle),
+                Follows::Speed => hat(&KNOTS, self.term, at.speed / spans.speed),
+                Follows::Voltage => hat(&KNOTS, self.term, at.voltage / spans.voltage),
+                Follows::Time => {
+                    let of = if self.term < TIMES.len() {
+                        (at.speed / (SLOW * spans.speed)).tanh()
+                    } else {
+                        at.voltage / spans.voltage
+                    };
+                    of * hat(&TIMES, self.term % TIMES.len(), at.time / spans.time)
+                }
+                Follows::Reading => 0.0,
+            }
+    }
+
+    /// Error of the reading where the wiper stands at an angle (rad), rad.
+    #[must_use]
+    pub fn reading_error(&self, wiper: f64) -> f64 {
+        if self.follows == Follows::Reading { READING * wave(self.term, wiper) } else { 0.0 }
+    }
+}
+
+/// cos θ, sin θ, cos 2θ, …
+fn wave(term: usize, angle: f64) -> f64 {
+    let phase = (term / 2 + 1) as f64 * angle % TAU;
+    if term.is_multiple_of(2) { phase.cos() } else { phase.sin() }
+}
+
+/// 1 at one of ascending knots, 0 at the others, linear in between; constant beyond the ends.
+fn hat(knots: &[f64], term: usize, at: f64) -> f64 {
+    let here = knots[term];
+    let neighbour = if at < here { term.checked_sub(1) } else { Some(term + 1).filter(|next| *next < knots.len()) };
+    neighbour.map_or(1.0, |next| (1.0 - (at - here) / (knots[next] - here)).max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hats_of_a_curve_add_up_to_one() {
+        for knots in [&KNOTS[..], &TIMES[..]] {
+            for i in -30..=30 {
+                let at = 0.05 * f64::from(i);
+                let sum: f64 = (0..knots.len()).map(|term| hat(knots, term, at)).sum();
+                assert!((sum - 1.0).abs() < 1e-12, "{sum} at {at}");
+            }
+            for (term, knot) in knots.iter().enumerate() {
+                assert_eq!(hat(knots, term, *knot), 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn waves_are_orthogonal_over_a_turn() {
+        let turn = |a: usize, b: usize| -> f64 {
+            (0..360).map(|i| f64::from(i).to_radians()).map(|angle| wave(a, angle) * wave(b, angle)).sum()
+        };
+        for a in 0..12 {
+            for b in 0..=a {
+                assert!((turn(a, b) - if a == b { 180.0 } else { 0.0 }).abs() < 1e-9, "{a} {b}");
+            }
+        }
+    }
+}

@@ -1,0 +1,412 @@
+//! A screen before any fit: which effects of the catalogue, at their smallest, would take something away from what the refitted
+//! model leaves on the fit runs; and which coordinate what is left follows.
+//!
+//! The model is linearised about its rollouts. Every effect is a direction in which the readings would move; the starts of the
+//! rollouts and the refitted numbers are projected out of it (C. R. Rao's score test with nuisance parameters, 1948). Its statistic
+//! is the fall of the sum of squares that the linear model promises, `u' A⁻¹ u` with the efficient score `u` and its curvature
+//! `A`. What that is worth without any effect is not read from a table, which would take the noise to be white and normal: the
+//! scores of whole blocks of rollouts have their signs changed at random, together for all effects (the wild score bootstrap of
+//! P. Kline and A. Santos, "A score based approach to wild bootstrap inference", Journal of Econometric Methods 1, 2012). A block is
+//! longer than noise remembers. The chance that any effect of the library looks as good by accident is held by step-down minima of
+//! p-values (P. H. Westfall and S. S. Young, "Resampling-based multiple testing", 1993, algorithm 2.8).
+
+use effects::{Id, Scale};
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+
+use super::fit::{self, Data, Fit, Moved};
+use super::motion;
+use super::nominal::FileModel;
+use super::numbers::Number;
+use super::probe::{Follows, Probe, Spans};
+use super::rollout::Rolled;
+use super::track::Track;
+
+/// Changes of sign.
+const RESAMPLES: usize = 4000;
+/// Error of a whole family: how often nothing at all raises an alarm.
+const FAMILY_ERROR: f64 = 0.005;
+/// What promises to lower the sum of squares by less than this share is not worth a name, however sure it is.
+const LEAST_PROMISED: f64 = 0.0015;
+/// Blocks are at least this long, s: longer than the noise of a reading remembers.
+const BLOCK_S: f64 = 0.5;
+/// Standard deviations to a one-sided limit of 95 %.
+const ONE_SIDED: f64 = 1.645;
+/// A share of a direction's curvature that is left below this is not seen beside the numbers.
+const UNSEEN: f64 = 1e-6;
+
+/// A direction that is screened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// An effect, with the shape that it has at one of its starting points.
+    Effect(Id, usize),
+    /// A curve over a coordinate.
+    Curve(Follows),
+}
+
+/// What the screen says of one direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Screened {
+    /// Which.
+    pub direction: Direction,
+    /// By how much the linear model promises to lower the sum of squares, as a share of it.
+    pub promised: f64,
+    /// Chance of as much by accident, of this direction alone.
+    pub chance: f64,
+    /// Chance that any direction of its family, effects or curves, has as much by accident.
+    pub family_chance: f64,
+    /// Of an effect, the upper 95 % limits of the numbers that say how large it is, in the fit's own coordinates: by name.
+    pub limits: Vec<(Number, f64)>,
+}
+
+impl Screened {
+    /// Whether it is more than an accident and promises something.
+    fn is_sure(&self) -> bool {
+        self.family_chance <= FAMILY_ERROR && self.promised >= LEAST_PROMISED
+    }
+}
+
+/// What a screen says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Screen {
+    /// Effects, then curves.
+    pub directions: Vec<Screened>,
+    /// Chance that noise which does not know of the motion looks as dependent on it as what is left.
+    pub motion_chance: f64,
+}
+
+impl Screen {
+    /// Screens effects against what a fit leaves.
+    #[must_use]
+    pub fn of_effects(model: &FileModel, data: &Data, fit: &Fit, effects: &[Id], seed: u64) -> Self {
+        let rolled = fit::roll_all(model, data, fit);
+        let groups = effect_groups(model, fit, effects);
+        let directions = Scores::new(model, data, fit, &rolled, &groups).family(&groups, seed);
+        Self { directions, motion_chance: motion::chance(data.tracks, &rolled, seed) }
+    }
+
+    /// Screens curves too: there are many of them, and they are of use where no effect is enough.
+    pub fn add_curves(&mut self, model: &FileModel, data: &Data, fit: &Fit, seed: u64) {
+        let rolled = fit::roll_all(model, data, fit);
+        let groups = curve_groups(model, data, fit);
+        self.directions.extend(Scores::new(model, data, fit, &rolled, &groups).family(&groups, seed));
+    }
+
+    /// Whether anything that was screened is more than an accident and worth a fit.
+    #[must_use]
+    pub fn alarm(&self) -> bool {
+        self.directions.iter().any(Screened::is_sure) || self.motion_chance <= FAMILY_ERROR
+    }
+
+    /// Effects that are more than an accident, the most promising first.
+    #[must_use]
+    pub fn effects(&self) -> Vec<Id> {
+        let mut sure: Vec<(Id, f64)> = Vec::new();
+        for one in self.directions.iter().filter(|one| one.is_sure()) {
+            if let Direction::Effect(id, _) = one.direction {
+                sure.push((id, one.promised));
+            }
+        }
+        sure.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut effects: Vec<Id> = Vec::new();
+        for (id, _) in sure {
+            if !effects.contains(&id) {
+                effects.push(id);
+            }
+        }
+        effects
+    }
+
+    /// The coordinate that what is left follows best, where that is more than an accident.
+    #[must_use]
+    pub fn follows(&self) -> Option<Follows> {
+        let curves = self.directions.iter().filter_map(|one| match one.direction {
+            Direction::Curve(follows) if one.family_chance <= FAMILY_ERROR => Some((follows, one.promised)),
+            _ => None,
+        });
+        curves.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(follows, _)| follows)
+    }
+}
+
+/// A direction with its columns.
+struct Group {
+    direction: Direction,
+    /// Places among all columns, after the fit's numbers.
+    columns: std::ops::Range<usize>,
+    moved: Vec<Moved>,
+    /// Of an effect: which numbers, and whether they may be negative.
+    sizes: Vec<(Number, bool)>,
+}
+
+/// Collects groups, their columns after a fit's numbers.
+struct Groups {
+    next: usize,
+    groups: Vec<Group>,
+}
+
+impl Groups {
+    fn add(&mut self, direction: Direction, moved: Vec<Moved>, sizes: Vec<(Number, bool)>) {
+        let columns = self.next..self.next + moved.len();
+        self.next = columns.end;
+        self.groups.push(Group { direction, columns, moved, sizes });
+    }
+}
+
+fn effect_groups(model: &FileModel, fit: &Fit, effects: &[Id]) -> Vec<Group> {
+    let mut groups = Groups { next: fit.free.len(), groups: Vec::new() };
+    for &effect in effects {
+        for start in 0..shapes(model, effect) {
+            let (moved, sizes) = effect_columns(model, fit, effect, start);
+            groups.add(Direction::Effect(effect, start), moved, sizes);
+        }
+    }
+    groups.groups
+}
+
+fn curve_groups(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Group> {
+    let (spans, base) = (spans(model, data), fit.plant(model));
+    let mut groups = Groups { next: fit.free.len(), groups: Vec::new() };
+    for follows in Follows::ALL {
+        let moved = (0..follows.terms()).map(|term| Some((base.with_probe(Probe { follows, term, spans }), 1.0)));
+        groups.add(Direction::Curve(follows), moved.collect(), Vec::new());
+    }
+    groups.groups
+}
+
+/// How many shapes an effect's starting points give: where they differ in size only, one.
+fn shapes(model: &FileModel, effect: Id) -> usize {
+    let starts = |start: usize| -> Vec<f64> {
+        let free = model.with(&[effect], start);
+        free.iter().filter(|one| one.scale == Scale::Log).map(|one| one.start).collect()
+    };
+    if model.starts(&[effect]) > 1 && starts(0) != starts(1) { 2 } else { 1 }
+}
+
+/// The plants with each number that says how large an effect is at one of its units, the others at rest.
+fn effect_columns(model: &FileModel, fit: &Fit, effect: Id, start: usize) -> (Vec<Moved>, Vec<(Number, bool)>) {
+    let mut absent = Fit::begin(model, &[effect], start, Vec::new());
+    absent.take_over(fit);
+    let new = |place: &usize| fit.free.iter().all(|one| one.number != absent.free[*place].number);
+    let sizes: Vec<usize> = (0..absent.free.len())
+        .filter(new)
+        .filter(|&place| matches!(absent.free[place].scale, Scale::Linear(_)))
+        .filter(|&place| absent.free[place].low <= 0.0 && absent.free[place].high > 0.0)
+        .collect();
+    for &place in &sizes {
+        absent.coordinates[place] = 0.0;
+    }
+    let moved = sizes.iter().map(|&place| {
+        let mut coordinates = absent.coordinates.clone();
+        coordinates[place] = 1.0;
+        Some((model.plant(&absent.effects, &absent.free, &coordinates), 1.0))
+    });
+    (moved.collect(), sizes.iter().map(|&place| (absent.free[place].number, absent.free[place].low < 0.0)).collect())
+}
+
+fn spans(model: &FileModel, data: &Data) -> Spans {
+    let volts = |track: &Track| track.drive_scale * if track.terminals_measured { 1.0 } else { model.rail_v };
+    let voltage = data.tracks.iter().map(volts).fold(0.0, f64::max).max(1e-9);
+    let length = |track: &Track| track.t.last().map_or(0.0, |last| last - track.t[0]);
+    Spans {
+        speed: model.no_load_speed(voltage),
+        voltage,
+        time: data.tracks.iter().map(length).fold(0.0, f64::max).max(1e-9),
+        torque: 0.01 * model.stall_torque(),
+    }
+}
+
+/// Scores of every block of rollouts, and their curvature, the starts eliminated.
+struct Scores {
+    /// Numbers of the fit.
+    numbers: usize,
+    matrix: DMatrix<f64>,
+    /// Efficient scores of the blocks: the numbers' share is taken out.
+    blocks: Vec<DVector<f64>>,
+    /// Their sum, the prior's pull on the numbers included.
+    total: DVector<f64>,
+    cost: f64,
+}
+
+impl Scores {
+    fn new(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled], groups: &[Group]) -> Self {
+        let numbers = fit.free.len();
+        let moved: Vec<Moved> =
+            fit::moved(model, fit).into_iter().chain(groups.iter().flat_map(|group| group.moved.clone())).collect();
+        let columns = fit::sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved);
+        let mut matrix = DMatrix::zeros(moved.len(), moved.len());
+        let mut blocks = Vec::new();
+        for (track, equations) in data.tracks.iter().zip(fit::reduce_all(data, rolled, &columns)) {
+            matrix += equations.matrix;
+            blocks.extend(
+                equations.gradients.chunks(block_rollouts(track)).map(|block| block.iter().sum::<DVector<f64>>()),
+            );
+        }
+        let mut total: DVector<f64> = blocks.iter().sum();
+        for (i, one) in fit.free.iter().enumerate() {
+            let precision = one.prior.powi(-2);
+            matrix[(i, i)] += precision;
+            total[i] -= precision * (fit.coordinates[i] - one.coordinate(one.start));
+        }
+        let mut scores = Self { numbers, matrix, blocks, total, cost: fit.cost };
+        scores.take_numbers_out();
+        scores
+    }
+
+    /// Makes scores and curvature those of what the numbers cannot do.
+    fn take_numbers_out(&mut self) {
+        let (n, size) = (self.numbers, self.matrix.nrows());
+        let mut own = self.matrix.view((0, 0), (n, n)).into_owned();
+        for i in 0..n {
+            own[(i, i)] = own[(i, i)] * (1.0 + 1e-9) + 1e-12;
+        }
+        let Some(factor) = own.cholesky() else { return };
+        let coupling = self.matrix.view((0, n), (n, size - n)).into_owned();
+        let carried = factor.solve(&coupling);
+        let left = self.matrix.view((n, n), (size - n, size - n)) - coupling.transpose() * &carried;
+        let seen = |i: usize| left[(i, i)] > UNSEEN * self.matrix[(n + i, n + i)];
+        let seen: Vec<bool> = (0..size - n).map(seen).collect();
+        let efficient = |score: &DVector<f64>| {
+            let mut own = score.rows(n, size - n) - carried.transpose() * score.rows(0, n);
+            for (value, seen) in own.iter_mut().zip(&seen) {
+                *value *= f64::from(*seen);
+            }
+            own
+        };
+        for score in self.blocks.iter_mut().chain([&mut self.total]) {
+            *score = efficient(score);
+        }
+        self.matrix = left;
+        for i in (0..size - n).filter(|&i| !seen[i]) {
+            self.matrix[(i, i)] = 1.0;
+        }
+    }
+
+    /// What a family of directions promises, and how often chance promises as much.
+    fn family(&self, groups: &[Group], seed: u64) -> Vec<Screened> {
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed ^ 0x5c_0e_e0);
+        // One sign a block and resample, the same for every group.
+        let signs: Vec<f64> =
+            (0..RESAMPLES * self.blocks.len()).map(|_| if random.random_bool(0.5) { 1.0 } else { -1.0 }).collect();
+        let statistics: Vec<(f64, Vec<f64>)> = groups.par_iter().map(|group| self.statistics(group, &signs)).collect();
+        let ranked: Vec<Vec<f64>> = statistics.iter().map(|(found, chance)| chances(*found, chance)).collect();
+        let families = step_down(&ranked);
+        groups
+            .iter()
+            .zip(statistics)
+            .zip(ranked.iter().zip(families))
+            .map(|((group, (found, _)), (ranked, family_chance))| Screened {
+                direction: group.direction,
+                promised: found / self.cost.max(f64::MIN_POSITIVE),
+                chance: ranked[0],
+                family_chance,
+                limits: self.limits(group),
+            })
+            .collect()
+    }
+
+    /// Upper 95 % limits of an effect's numbers, from where one step of the linear model puts them and the scatter of the
+    /// blocks' scores; infinite where nothing is seen of them.
+    fn limits(&self, group: &Group) -> Vec<(Number, f64)> {
+        let unknown = || group.sizes.iter().map(|(number, _)| (*number, f64::INFINITY)).collect();
+        let (first, size) = (group.columns.start - self.numbers, group.columns.len());
+        let own = |score: &DVector<f64>| score.rows(first, size).into_owned();
+        let Some(factor) = self.matrix.view((first, first), (size, size)).into_owned().cholesky() else {
+            return unknown();
+        };
+        let step = factor.solve(&own(&self.total));
+        let steps: Vec<DVector<f64>> = self.blocks.iter().map(|block| factor.solve(&own(block))).collect();
+        let limit = |(i, &(number, signed)): (usize, &(Number, bool))| {
+            let deviation = steps.iter().map(|step| step[i] * step[i]).sum::<f64>().sqrt();
+            let from = if signed { step[i].abs() } else { step[i].max(0.0) };
+            (number, if deviation > 0.0 { from + ONE_SIDED * deviation } else { f64::INFINITY })
+        };
+        group.sizes.iter().enumerate().map(limit).collect()
+    }
+
+    /// The statistic of a group, and its values with signs of the blocks changed.
+    fn statistics(&self, group: &Group, signs: &[f64]) -> (f64, Vec<f64>) {
+        let (first, size) = (group.columns.start - self.numbers, group.columns.len());
+        let mut matrix = self.matrix.view((first, first), (size, size)).into_owned();
+        for i in 0..size {
+            matrix[(i, i)] = matrix[(i, i)] * (1.0 + 1e-6) + f64::MIN_POSITIVE;
+        }
+        let Some(factor) = matrix.cholesky() else { return (0.0, vec![0.0; RESAMPLES]) };
+        let whiten = |score: &DVector<f64>| {
+            let own = score.rows(first, size).into_owned();
+            factor.l_dirty().solve_lower_triangular(&own).unwrap_or_else(|| DVector::zeros(size))
+        };
+        let mut own = DMatrix::zeros(size, self.blocks.len());
+        for (mut column, block) in own.column_iter_mut().zip(&self.blocks) {
+            column.copy_from(&whiten(block));
+        }
+        let changed = own * DMatrix::from_column_slice(self.blocks.len(), RESAMPLES, signs);
+        (whiten(&self.total).norm_squared(), changed.column_iter().map(|sum| sum.norm_squared()).collect())
+    }
+}
+
+/// Rollouts that make a block of at least [`BLOCK_S`].
+fn block_rollouts(track: &Track) -> usize {
+    let longest = track.segments.iter().map(|one| track.t[one.last - 1] - track.t[one.first]).fold(0.0, f64::max);
+    (BLOCK_S / longest.max(1e-6)).ceil().clamp(1.0, 100.0) as usize
+}
+
+/// The chance of a value by accident, and after it that of each of the accidental ones among themselves.
+fn chances(found: f64, accidental: &[f64]) -> Vec<f64> {
+    let mut sorted = accidental.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len() as f64;
+    let beyond = |value: f64| (sorted.len() - sorted.partition_point(|one| *one < value)) as f64;
+    let of_found = (1.0 + beyond(found)) / (n + 1.0);
+    std::iter::once(of_found).chain(accidental.iter().map(|value| beyond(*value) / n)).collect()
+}
+
+/// Westfall and Young's step-down minima of p-values: the chance, for each direction, that this or one that looks less likely by
+/// accident is reached by accident anywhere. Each row: a direction's own chance, then those of the resamples.
+fn step_down(chances: &[Vec<f64>]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..chances.len()).collect();
+    order.sort_by(|&a, &b| chances[a][0].total_cmp(&chances[b][0]));
+    let mut family = vec![1.0; chances.len()];
+    let resamples = chances.first().map_or(0, |row| row.len() - 1);
+    let mut least = vec![f64::INFINITY; resamples];
+    for &i in order.iter().rev() {
+        for (least, chance) in least.iter_mut().zip(&chances[i][1..]) {
+            *least = least.min(*chance);
+        }
+        let as_small = least.iter().filter(|least| **least <= chances[i][0]).count();
+        family[i] = (1.0 + as_small as f64) / (resamples as f64 + 1.0);
+    }
+    let mut highest: f64 = 0.0;
+    for &i in &order {
+        highest = highest.max(family[i]);
+        family[i] = highest;
+    }
+    family
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of a family without anything in it: independent uniform chances.
+    fn family(directions: usize, seed: u64) -> Vec<Vec<f64>> {
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+        (0..directions).map(|_| (0..2001).map(|_| random.random_range(0.0..1.0)).collect()).collect()
+    }
+
+    #[test]
+    fn the_family_is_alarmed_as_often_as_it_says() {
+        let alarms = (0..400).filter(|&seed| step_down(&family(12, seed)).iter().any(|chance| *chance <= 0.1)).count();
+        // 40 expected, standard deviation 6.
+        assert!((22..=58).contains(&alarms), "{alarms} of 400");
+    }
+
+    #[test]
+    fn a_second_direction_pays_for_those_that_are_left_only() {
+        let mut rows = family(10, 3);
+        (rows[4][0], rows[7][0]) = (1e-4, 6e-3);
+        let chances = step_down(&rows);
+        // Among ten, and among nine: 1 − (1 − p)ⁿ.
+        assert!(chances[4] < 5e-3 && (chances[7] - 0.053).abs() < 0.02, "{chances:?}");
+    }
+}
