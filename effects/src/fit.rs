@@ -20,7 +20,7 @@ pub struct FitNumber {
     pub scale: Scale,
     /// Where fits begin that do not know it, one after the other.
     pub starts: Vec<f64>,
-    /// Least value that a fit tries.
+    /// Least value that a fit tries. Of a linear number that may be 0, the effect is absent at 0; of any other it is a shape.
     pub low: f64,
     /// Greatest value that a fit tries.
     pub high: f64,

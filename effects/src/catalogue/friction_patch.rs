@@ -77,14 +77,25 @@ impl Effect for FrictionPatch {
 
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let torque = sizes.torque_nm;
-        let middle = FitNumber::linear("patch_middle", "the patch's middle", 0.1, 0.0, [-TAU, TAU]);
+        let middle = FitNumber::linear("patch_middle", "the patch's middle", 0.1, TAU, [0.5 * PI, 3.5 * PI]);
         vec![
             FitNumber::linear("patch_torque", "the patch's friction", 0.01 * torque, 0.03 * torque, [0.0, torque]),
-            FitNumber { starts: (0..6).map(|sixth| f64::from(sixth - 3) * PI / 3.0).collect(), ..middle },
+            FitNumber { starts: (0..6).map(|sixth| TAU + f64::from(sixth - 3) * PI / 3.0).collect(), ..middle },
             FitNumber::log("patch_half_width", "half the patch's width", [0.5; 2], [0.05, 2.9], 0.7),
             FitNumber::log("patch_edge", "the patch's edge", [0.1; 2], [0.01, 0.7], 0.5),
             presliding_length([4e-3; 2]),
         ]
+    }
+
+    /// A fit has the middle a turn on: where it lies says nothing of how large the patch is, and is never none.
+    fn values_of_fit(numbers: &[f64], values: &mut [f64]) {
+        values.copy_from_slice(numbers);
+        values[1] = (numbers[1] + PI).rem_euclid(TAU) - PI;
+    }
+
+    fn fit_of_values(values: &[f64], numbers: &mut [f64]) {
+        numbers.copy_from_slice(values);
+        numbers[1] = TAU + (values[1] + PI).rem_euclid(TAU) - PI;
     }
 
     #[inline]
