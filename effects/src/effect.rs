@@ -250,6 +250,20 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
         0.0
     }
 
+    /// By how much the age of the reading grows in a second of the run, s/s.
+    #[inline]
+    #[must_use]
+    fn ageing(&self) -> f64 {
+        0.0
+    }
+
+    /// Chance that a reading repeats the one before it, 0 … 1.
+    #[inline]
+    #[must_use]
+    fn held(&self) -> f64 {
+        0.0
+    }
+
     /// Whether the reading follows the shaft with a memory: [`Self::follow`] does something.
     #[must_use]
     fn follows(&self) -> bool {

@@ -27,7 +27,8 @@ fn write_effect(text: &mut String, id: Id) {
         let _ = writeln!(text, "* Its misfit shows in `{}`.", spec.shows_in.name());
     }
     if !spec.acts.on_the_ground() && !spec.candidate {
-        text.push_str("* The diagnosis does not try it where the file lacks it.\n");
+        let _ =
+            writeln!(text, "* The diagnosis tries it where the file lacks it only if asked to: `--try {}`.", spec.name);
     }
     for contained in spec.contains {
         let _ = writeln!(text, "* It contains `{contained}` and takes its place.");

@@ -21,8 +21,8 @@ pub struct Spec {
     pub acts: Acts,
     /// The coordinate in which its misfit shows most.
     pub shows_in: Coordinate,
-    /// Whether the diagnosis of a shaft tries it where the file lacks it. One that is in the file is part of its model either
-    /// way.
+    /// Whether the diagnosis of a shaft tries it where the file lacks it, without being asked to. One that is in the file is
+    /// part of its model either way.
     pub candidate: bool,
     /// Effects that it contains as a special case: they are not listed beside it, and it takes their place.
     pub contains: &'static [&'static str],

@@ -116,7 +116,8 @@ pub struct SimulatedRobot {
     means: StepMeans,
     sensor: AngleSensor,
     second: Option<Box<SecondSensor>>,
-    delay_s: f64,
+    age: Age,
+    holding: Option<Holding>,
     sample_time: SampleTime,
     history: History,
     battery: Option<BatteryReading>,
@@ -125,6 +126,45 @@ pub struct SimulatedRobot {
     last_code: u16,
     energy_j: f64,
     tick: u64,
+}
+
+/// How old a reading is.
+#[derive(Clone, Copy, Debug)]
+struct Age {
+    at_start_s: f64,
+    /// Seconds a second.
+    ageing: f64,
+}
+
+/// A reading that ages goes back no farther than this beyond its age at the start, s.
+const MOST_AGED_S: f64 = 1.0;
+
+impl Age {
+    /// At a time of the run, s. What comes as it is read is never of the future.
+    fn at(&self, time_s: f64) -> f64 {
+        (self.at_start_s + (self.ageing * time_s).min(MOST_AGED_S)).max(0.0)
+    }
+
+    fn most_s(&self) -> f64 {
+        self.at_start_s + if self.ageing > 0.0 { MOST_AGED_S } else { 0.0 }
+    }
+}
+
+/// Which readings repeat the one before.
+#[derive(Clone, Debug)]
+pub(crate) struct Holding {
+    share: f64,
+    stream: Stream,
+}
+
+impl Holding {
+    fn new(share: f64, seed: u64, source: Source) -> Option<Self> {
+        (share > 0.0).then(|| Self { share, stream: Stream::new(seed, source) })
+    }
+
+    pub(crate) fn holds(&mut self) -> bool {
+        self.stream.uniform(0.0, 1.0) < self.share
+    }
 }
 
 /// The shaft as cold as the file's, and what the winding and friction have turned into heat in this control period, J.
@@ -224,11 +264,13 @@ impl SimulatedRobot {
         let charge = settings.charge.unwrap_or_else(|| Stream::new(seed, Source::Charge).uniform(0.5, 1.0));
         let Plant { driver, supply, shaft, .. } = Plant::new(robot, charge);
         let sensor = AngleSensor::new(robot, specimen_laws(robot, seed, settings), seed, settings, angle);
-        let delay_s = shaft.laws.reading_age();
-        let reach = (delay_s + sensor.reach_s()) / step;
+        let age = Age { at_start_s: shaft.laws.reading_age(), ageing: shaft.laws.ageing() };
+        let holding = |source| Holding::new(shaft.laws.held(), seed, source);
+        let reach = (age.most_s() + sensor.reach_s()) / step;
         let second = match &robot.sensor {
             Sensor::Potentiometer(file) => {
-                SecondSensor::new(file, &robot.effects, seed, angle, Timing { delay_s, step_s: step })
+                let timing = Timing { delay_s: age.most_s(), step_s: step };
+                SecondSensor::new(file, &robot.effects, seed, angle, timing, holding(Source::SecondHeldSamples))
             }
             Sensor::Ideal | Sensor::Encoder(_) => None,
         };
@@ -244,7 +286,8 @@ impl SimulatedRobot {
             means: StepMeans::default(),
             sensor,
             second: second.map(Box::new),
-            delay_s,
+            age,
+            holding: holding(Source::HeldSamples),
             sample_time: settings.sample_time,
             history: History::new(angle, reach.ceil() as usize + 1),
             battery: BatteryReading::new(robot, seed),
@@ -269,10 +312,11 @@ impl SimulatedRobot {
         }
         let (code, middle) = self.convert_angle();
         let [first, other] = self.faults.lines;
-        if first.line != Some(Line::Frozen) {
+        let held = self.holding.as_mut().is_some_and(Holding::holds);
+        if first.line != Some(Line::Frozen) && !held {
             self.last_code = code;
         }
-        let timing = Timing { delay_s: self.delay_s, step_s: self.stepper.step() };
+        let timing = Timing { delay_s: self.age.at(self.time_s()), step_s: self.stepper.step() };
         let second = self.second.as_mut().map(|second| AdcCode(second.code(&other, middle, timing)));
         let late_s = match self.sample_time {
             SampleTime::Conversions => middle,
@@ -488,7 +532,7 @@ impl SimulatedRobot {
     /// The code, and the middle of its conversions against the tick, s.
     fn convert_angle(&mut self) -> (u16, f64) {
         let fault = self.faults.lines[0];
-        let (delay, history, step) = (self.delay_s, &self.history, self.stepper.step());
+        let (delay, history, step) = (self.age.at(self.time_s()), &self.history, self.stepper.step());
         let (factor, offset) = fault.disturbance(&mut self.bad_contact);
         match &mut self.sensor {
             AngleSensor::Digital(digital) => {

@@ -4,7 +4,7 @@ mod common;
 
 use common::{default_robot, drive};
 use control::Actuation;
-use effects::{Effect, Laws, SensorHysteresis, SensorLag, States};
+use effects::{ClockDrift, Effect, HeldSamples, Laws, SensorHysteresis, SensorLag, States};
 use hal_sim::{Settings, SimulatedRobot};
 use robot_file::angle_code::angle_scale;
 use robot_file::robot::{Quantity, Robot, Sensor};
@@ -120,4 +120,44 @@ fn the_robots_reading_lags_and_plays() {
     assert!(speed > 20.0);
     let (error, _) = errors(&ideal::<SensorHysteresis>(2.0))[699];
     assert!((error + 1f64.to_radians()).abs() < code, "{error} rad");
+}
+
+#[test]
+fn held_readings_repeat_as_often_as_the_file_says_and_are_late_on_average() {
+    const SHARE: f64 = 0.6;
+    let code = angle_scale(&Sensor::Ideal).rad_per_code;
+    let mut robot = ideal::<HeldSamples>(SHARE);
+    robot.effects.remove("stribeck_friction");
+    let mut simulated = SimulatedRobot::with(&robot, 1, &Settings { start_angle: Some(0.0), ..Settings::default() });
+    let scale = angle_scale(&robot.sensor);
+    let (mut held, mut late, mut last) = (0, 0.0, None);
+    const SKIPPED: usize = 500;
+    const TICKS: usize = 20_000;
+    for tick in 0..SKIPPED + TICKS {
+        let (angle, truth) = (simulated.sample().angle.0, simulated.truth());
+        if tick >= SKIPPED {
+            held += usize::from(last == Some(angle));
+            late -= common_wrap(scale.angle(f64::from(angle)) - truth.angle) / (truth.speed * 1e-3);
+            // Nothing but an earlier reading is ever shown.
+            assert!(common_wrap(scale.angle(f64::from(angle)) - truth.angle) < code);
+        }
+        last = Some(angle);
+        simulated.advance(drive(1.0));
+    }
+    let (held, late) = (held as f64 / TICKS as f64, late / TICKS as f64);
+    // Four standard deviations of so many draws; a stretch of held readings is 1/(1 − share) long.
+    assert!((held - SHARE).abs() < 4.0 * (SHARE * (1.0 - SHARE) / TICKS as f64).sqrt(), "{held} are held");
+    assert!((late - SHARE / (1.0 - SHARE)).abs() < 0.1, "{late} samples late");
+}
+
+#[test]
+fn a_drifting_clock_is_later_and_later_but_never_early() {
+    let code = angle_scale(&Sensor::Ideal).rad_per_code;
+    for (tick, ppm) in [(100, 5000.0), (699, 5000.0), (699, 1000.0)] {
+        let (error, speed) = errors(&ideal::<ClockDrift>(ppm))[tick];
+        let age = 1e-6 * ppm * 1e-3 * tick as f64;
+        assert!(speed > 20.0 && (error + age * speed).abs() < 1.5 * code, "{error} rad at {speed} rad/s");
+    }
+    let (error, _) = errors(&ideal::<ClockDrift>(-5000.0))[699];
+    assert!(error.abs() < code, "{error} rad");
 }

@@ -226,6 +226,28 @@ macro_rules! catalogue {
                 sum
             }
 
+            /// By how much the age of the reading grows in a second of the run, s/s.
+            #[inline]
+            #[must_use]
+            pub fn ageing(&self) -> f64 {
+                let mut sum = 0.0;
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    sum += law.ageing();
+                })*
+                sum
+            }
+
+            /// Chance that a reading repeats the one before it, 0 … 1.
+            #[inline]
+            #[must_use]
+            pub fn held(&self) -> f64 {
+                let mut fresh = 1.0;
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    fresh *= 1.0 - law.held();
+                })*
+                1.0 - fresh
+            }
+
             /// Whether the reading follows the shaft with a memory.
             #[must_use]
             pub fn follows(&self) -> bool {

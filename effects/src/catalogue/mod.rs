@@ -37,6 +37,8 @@ list::catalogue! {
     sensor_delay::SensorDelay,
     sensor_hysteresis::SensorHysteresis,
     sensor_lag::SensorLag,
+    held_samples::HeldSamples,
+    clock_drift::ClockDrift,
     foot_stribeck::FootStribeck,
     foot_anisotropy::FootAnisotropy,
     foot_load_friction::FootLoadFriction,
@@ -44,4 +46,8 @@ list::catalogue! {
 }
 
 /// Effects that have a name but no file yet: planned, and named so everywhere.
+///
+/// A blind arc that is wider than the file's (`blind_arc`) is no law of a rollout: it changes which readings count and not what is
+/// predicted, so that models with and without it would be judged on different data. What finds it is an identification of the
+/// potentiometer.
 pub const PLANNED: &[&str] = &["blind_arc", "payload_offset", "backbone_hardening", "backbone_mismatch"];

@@ -21,6 +21,8 @@ pub struct Hidden {
     pub wiper_behind: f64,
     /// How far the motor is ahead of a load behind a spring, rad, and how much faster, rad/s.
     pub twist: [f64; 2],
+    /// How far a reading of which some repeat the one before is behind, rad.
+    pub held_behind: f64,
     /// What the effects carry.
     pub states: States,
 }
@@ -50,6 +52,10 @@ pub struct Plant {
     half_play: f64,
     /// Age of the reading against the drive that was commanded, s; and against the terminals' voltage.
     delay_s: [f64; 2],
+    /// By how much either grows in a second of the run, s/s.
+    ageing: f64,
+    /// Share of the readings that repeat the one before.
+    held: f64,
     /// Some effect acts between shaft and reading.
     bent: bool,
     /// The reading follows the wiper with a memory.
@@ -103,6 +109,8 @@ impl Plant {
             warms: shaft.laws.warms(),
             half_gap: shaft.laws.coupling().map_or(0.0, |coupling| coupling.half_gap),
             delay_s: [shaft.laws.reading_age() + shaft.laws.command_age(), shaft.laws.reading_age()],
+            ageing: shaft.laws.ageing(),
+            held: shaft.laws.held(),
             shaft,
             supply,
             converter,
@@ -134,15 +142,17 @@ impl Plant {
         let moves = |plant: &Self| plant.probe.is_some_and(|probe| probe.follows != Follows::Reading);
         motion(self) == motion(other)
             && self.delay_s == other.delay_s
+            && self.ageing == other.ageing
+            && self.held == other.held
             && self.half_play == other.half_play
             && !moves(self)
             && !moves(other)
     }
 
-    /// What no sensor sees at the start of a run or after a hole in it, from the speed there and what was carried before the
-    /// hole.
+    /// What no sensor sees at the start of a run or after a hole in it, from the speed there, the time between samples (s) and
+    /// what was carried before the hole.
     #[must_use]
-    pub fn hidden_at_start(&self, speed: f64, before: &States) -> Hidden {
+    pub fn hidden_at_start(&self, speed: f64, span: f64, before: &States) -> Hidden {
         // A shaft that turns slides and drags its wiper; one that does not is taken as relaxed.
         let dragging = (speed / 0.5).clamp(-1.0, 1.0);
         let mut states = self.shaft.laws.lasting(before);
@@ -151,6 +161,7 @@ impl Plant {
             bristle: dragging,
             wiper_behind: self.half_play * dragging,
             twist: [self.half_gap * dragging, 0.0],
+            held_behind: speed * span * self.held / (1.0 - self.held),
             states,
             ..Hidden::default()
         }
@@ -186,10 +197,12 @@ impl Plant {
             heat_j: [0.0; 2],
         };
         let delay = self.delay_s[usize::from(track.terminals_measured)];
-        let mut drive = DriveCursor::new(track, segment.first, delay);
+        let aged = |k: usize| delay + self.ageing * (track.t[k] - track.t[0]);
+        let mut drive = DriveCursor::new(track, segment.first, aged(segment.first));
+        let (mut shown, mut held_behind) = (self.shown(&motion), hidden.held_behind);
         let mut known: Option<(Stepper, usize, f64)> = None;
         let mut currents = currents;
-        wipers[0] = self.shown(&motion);
+        wipers[0] = shown - held_behind;
         // The last sample leads on to the next segment. Where a hole in the recording lies between, nothing is carried
         // over it, and it may be hours long.
         let samples = segment.last - segment.first;
@@ -199,7 +212,9 @@ impl Plant {
             f64::INFINITY
         };
         for k in segment.first..segment.last.min(track.t.len() - 1) {
-            let span = (track.t[k + 1] - track.t[k]).min(longest_span);
+            // Between two readings the shaft moves on by the time between their instants, not between their stamps.
+            let span = (track.t[k + 1] - track.t[k]).min(longest_span) * (1.0 - self.ageing);
+            drive.delay = aged(k);
             if known.as_ref().is_none_or(|(.., known_span)| (span - known_span).abs() >= 1e-7) {
                 let steps = (span / self.longest_step - 1e-3).ceil().max(1.0);
                 known = Some((shaft.stepper(span / steps), steps as usize, span));
@@ -232,8 +247,11 @@ impl Plant {
                 known = None;
             }
             let place = k + 1 - segment.first;
+            let before = shown;
+            shown = self.shown(&motion);
+            held_behind = self.held * (held_behind + (shown - before));
             if k + 1 < segment.last {
-                wipers[place] = self.shown(&motion);
+                wipers[place] = shown - held_behind;
             }
             if let Some(currents) = currents.as_deref_mut() {
                 currents[place - 1] = current / steps as f64;
@@ -244,6 +262,7 @@ impl Plant {
             current: motion.state.current,
             wiper_behind: motion.state.angle - motion.wiper,
             twist: [motion.state.twist, motion.state.twist_rate],
+            held_behind,
             states: motion.states,
         };
         End { hidden, shaft: [motion.state.angle, motion.state.speed] }
