@@ -19,7 +19,7 @@ use crate::potentiometer::Potentiometer;
 use crate::random::{Source, Stream};
 use crate::second_sensor::{SecondSensor, Timing, voltage};
 use crate::shaft::{Shaft, ShaftState, StepMeans, Stepper, Terminals};
-use crate::supply::Supply;
+use crate::supply::{Cell, Supply};
 
 /// Meaning of `Sample::time_us`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -113,7 +113,6 @@ pub struct SimulatedRobot {
     /// What heat changes, where there is such an effect.
     warmth: Option<Warmth>,
     state: ShaftState,
-    means: StepMeans,
     sensor: AngleSensor,
     second: Option<Box<SecondSensor>>,
     age: Age,
@@ -283,7 +282,6 @@ impl SimulatedRobot {
             driver,
             supply,
             state: ShaftState { angle, ..ShaftState::default() },
-            means: StepMeans::default(),
             sensor,
             second: second.map(Box::new),
             age,
@@ -376,18 +374,18 @@ impl SimulatedRobot {
                 Terminals::Open
             }
         };
-        self.means = if self.faults.stalled {
+        let means = if self.faults.stalled {
             self.blocked(terminals)
         } else {
             self.stepper.advance_under(&mut self.state, terminals, torque)
         };
         if let Some(warmth) = &mut self.warmth {
-            warmth.heat_j[0] += self.stepper.shaft().resistance_ohm * self.means.current * self.means.current * step;
-            warmth.heat_j[1] += self.means.rubbing_w * step;
+            warmth.heat_j[0] += self.stepper.shaft().resistance_ohm * means.current * means.current * step;
+            warmth.heat_j[1] += means.rubbing_w * step;
         }
         if let Some(duty) = duty {
-            self.supply.book(duty * self.means.current, step);
-            self.energy_j += duty * self.means.current * self.supply.bridge_v() * step;
+            self.supply.book(duty * means.current, step);
+            self.energy_j += duty * means.current * self.supply.bridge_v() * step;
         }
         let seen = match &mut self.sensor {
             AngleSensor::Analogue(parts) => parts.0.step(self.state.angle, step, period.cut),
@@ -399,7 +397,7 @@ impl SimulatedRobot {
         }
         ShaftMotion {
             angle: 0.5 * (before.angle + self.state.angle),
-            speed: self.means.speed,
+            speed: means.speed,
             acceleration: (self.state.speed - before.speed) / step,
         }
     }
@@ -480,7 +478,7 @@ impl SimulatedRobot {
     /// State of charge of the cell, 0 … 1.
     #[must_use]
     pub fn charge(&self) -> Option<f64> {
-        self.supply.cell.as_ref().map(|cell| cell.charge)
+        self.supply.cell.as_ref().map(Cell::charge)
     }
 
     /// What the wiper shows in its gap, with a potentiometer.
@@ -513,7 +511,7 @@ impl SimulatedRobot {
             self.supply.rail_v = rail_v;
         }
         if let Some(cell) = &mut self.supply.cell {
-            cell.forced_v = self.faults.open_circuit_v;
+            cell.force(self.faults.open_circuit_v);
         }
     }
 

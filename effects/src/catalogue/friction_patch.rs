@@ -100,13 +100,21 @@ impl Effect for FrictionPatch {
 
     #[inline]
     fn friction_level(&self, angle: f64, _speed: f64, _transmitted_nm: f64) -> f64 {
-        let away = (angle - self.middle_rad + PI).rem_euclid(TAU) - PI;
-        let edge = |end: f64| ((away + end) / self.edge_rad).tanh();
-        0.5 * self.torque_nm * (edge(self.half_width_rad) - edge(-self.half_width_rad))
+        self.level(angle)
     }
 
     #[inline]
     fn presliding(&self) -> Option<f64> {
         Some(self.presliding_rad)
+    }
+}
+
+impl FrictionPatch {
+    /// Not inlined: it would make the friction of every other shaft too large to be.
+    #[inline(never)]
+    fn level(&self, angle: f64) -> f64 {
+        let away = (angle - self.middle_rad + PI).rem_euclid(TAU) - PI;
+        let edge = |end: f64| ((away + end) / self.edge_rad).tanh();
+        0.5 * self.torque_nm * (edge(self.half_width_rad) - edge(-self.half_width_rad))
     }
 }
