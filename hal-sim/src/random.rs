@@ -67,9 +67,9 @@ pub enum Source {
     /// A bad contact of the second sensor's wiper.
     SecondBadContact,
     /// Which readings repeat the one before.
-    HeldSamples,
+    HeldReadings,
     /// The same of the second sensor.
-    SecondHeldSamples,
+    SecondHeldReadings,
 }
 
 /// One stream of random numbers.

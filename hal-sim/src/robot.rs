@@ -269,7 +269,7 @@ impl SimulatedRobot {
         let second = match &robot.sensor {
             Sensor::Potentiometer(file) => {
                 let timing = Timing { delay_s: age.most_s(), step_s: step };
-                SecondSensor::new(file, &robot.effects, seed, angle, timing, holding(Source::SecondHeldSamples))
+                SecondSensor::new(file, &robot.effects, seed, angle, timing, holding(Source::SecondHeldReadings))
             }
             Sensor::Ideal | Sensor::Encoder(_) => None,
         };
@@ -285,7 +285,7 @@ impl SimulatedRobot {
             sensor,
             second: second.map(Box::new),
             age,
-            holding: holding(Source::HeldSamples),
+            holding: holding(Source::HeldReadings),
             sample_time: settings.sample_time,
             history: History::new(angle, reach.ceil() as usize + 1),
             battery: BatteryReading::new(robot, seed),

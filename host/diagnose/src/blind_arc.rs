@@ -55,7 +55,9 @@ impl BlindArc {
         Some(Self { middle: 0.5 * (from + to), half_width: 0.5 * (to - from) + MARGIN })
     }
 
-    fn contains(&self, angle: f64) -> bool {
+    /// Whether an angle (rad) lies in it.
+    #[must_use]
+    pub fn contains(&self, angle: f64) -> bool {
         wrap(angle - self.middle).abs() < self.half_width
     }
 }

@@ -1,4 +1,4 @@
-//! Writes what a diagnosis found into the robot file: refitted numbers and the tables of the causes.
+//! Writes what a diagnosis found into the robot file: refitted numbers and the tables of the effects.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,19 @@ use robot_file::RobotFileError;
 use robot_file::edit::Document;
 use robot_file::robot::Quantity;
 
-use super::verdict::{Diagnosis, FittedParameter};
+use super::verdict::FittedParameter;
 
-/// Puts the refitted numbers and the named effects into a robot file. `source` says where they come from (the runs, the
-/// date), for each number's `source`.
+/// Puts the fitted numbers of a model and its effects into a robot file: those of [`Detail::extended`], or of one of
+/// [`Detail::rivals`]. `source` says where they come from (the runs, the date), for each number's `source`.
+///
+/// [`Detail::extended`]: super::Detail::extended
+/// [`Detail::rivals`]: super::Detail::rivals
 ///
 /// # Errors
 /// A fitted number lies outside what the robot file allows.
-pub fn extend(document: &mut Document, diagnosis: &Diagnosis, source: &str) -> Result<(), RobotFileError> {
+pub fn extend(document: &mut Document, fitted: &[FittedParameter], source: &str) -> Result<(), RobotFileError> {
     let mut tables: BTreeMap<&str, Vec<(&str, &FittedParameter)>> = BTreeMap::new();
-    for one in &diagnosis.detail.extended {
+    for one in fitted {
         match one.path.strip_prefix("effects.").and_then(|rest| rest.split_once('.')) {
             Some((table, key)) => tables.entry(table).or_default().push((key, one)),
             None => set(document, one, source)?,

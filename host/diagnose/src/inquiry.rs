@@ -120,7 +120,7 @@ impl Inquiry<'_> {
         effects: &[Id],
     ) -> Result<(Screen, Vec<Candidate>), DiagnoseError> {
         let mut screen = self.screen(session, baseline, effects);
-        let mut candidates = Vec::new();
+        let mut candidates: Vec<Candidate> = Vec::new();
         for pass in 0..PASSES {
             if !screen.alarm() {
                 self.add_curves(&mut screen, session, baseline);
@@ -129,7 +129,7 @@ impl Inquiry<'_> {
                 return Ok((screen, Vec::new()));
             }
             let done = AtomicUsize::new(0);
-            candidates = search::singles(session, baseline, effects, &|| {
+            candidates = search::singles(session, baseline, effects, &candidates, &|| {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 let passes = pass as f64 + done as f64 / effects.len() as f64;
                 self.tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
@@ -141,6 +141,7 @@ impl Inquiry<'_> {
                 break;
             }
             let fit = session.settle(&baseline.fit);
+            session.lower_fit_noise(&best.fit);
             *baseline = judged(session, fit);
             refuse_wrong_rig(self.robot, session, baseline)?;
             screen = self.screen(session, baseline, effects);

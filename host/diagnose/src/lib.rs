@@ -39,12 +39,13 @@
 //!
 //! * It draws nothing and knows no terminal: reports and pictures are the crate `plot`'s.
 //! * It reads no files: the crate `recording` does. [`extend`] changes a robot file in memory only.
-//! * It does not choose the experiment: of runs that do not tell two causes apart it says so, and what would.
+//! * It runs no experiment: [`design_experiment`] says which drive tells models apart, the crate `simulation` or a robot runs it.
 
 mod blind_arc;
 mod bootstrap;
 mod converter;
 mod current;
+mod experiment;
 mod extend;
 mod fit;
 mod floor;
@@ -82,6 +83,7 @@ use search::Candidate;
 use selection::{Decision, Selection};
 use session::Session;
 
+pub use experiment::{Experiment, Piece, Separation, design_experiment};
 pub use extend::extend;
 pub use verdict::{
     CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,
@@ -159,6 +161,12 @@ pub enum DiagnoseError {
         /// What stands in the way.
         why: String,
     },
+    /// An experiment is asked for to tell one model apart.
+    #[error("an experiment tells models apart, and this is one")]
+    #[diagnostic(help(
+        "give at least two robot files: scram diagnose writes one for every model that is still standing"
+    ))]
+    NothingToTellApart,
     /// A field of the robot file stands in the way.
     #[error("{field}: {problem}")]
     Robot {
@@ -262,6 +270,7 @@ fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
     let selection = &found.selection();
     let named = decision.named().map(|index| &selection.candidates[index]);
     let also = decision.also(selection.candidates);
+    let rivals: Vec<&Candidate> = decision.class.iter().skip(1).map(|&index| &selection.candidates[index]).collect();
     let after = named.unwrap_or(selection.baseline);
     let extended = values::fitted(robot, &session.model, &after.fit);
     let causes: Vec<Cause> = after
@@ -300,6 +309,7 @@ fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
             held_out_runs: session.held_out.iter().map(|track| track.name.clone()).collect(),
             nominal: values::fitted(robot, &session.model, &selection.baseline.fit),
             extended,
+            rivals: rivals.iter().map(|rival| values::fitted(robot, &session.model, &rival.fit)).collect(),
             candidates: candidates(robot, session, selection, named),
             misfit_map,
             traces: map::traces(session, selection.baseline, after),

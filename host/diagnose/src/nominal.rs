@@ -31,6 +31,9 @@ pub struct FileModel {
     longest_step_s: f64,
 }
 
+/// Rollouts are never shorter than this many samples.
+const FEWEST_SAMPLES: f64 = 25.0;
+
 /// Standard deviation of the prior on a positive number, from the file's spread; never tighter than `least`.
 fn spread(quantity: &Quantity, least: f64) -> f64 {
     let ratio = if quantity.low > 0.0 { (quantity.high / quantity.low).ln() / 2.0 } else { 0.0 };
@@ -87,6 +90,14 @@ impl FileModel {
     #[must_use]
     pub fn no_load_speed(&self, voltage: f64) -> f64 {
         voltage / self.file.shaft.torque_constant
+    }
+
+    /// Length of free rollouts, s: 0.1; longer for a rig that is slow (twice its mechanical time constant) or slowly sampled.
+    #[must_use]
+    pub fn usual_horizon(&self, sample_s: f64) -> f64 {
+        let twice = 2.0 * self.time_constant_s;
+        let slow = if twice > 0.2 { (twice * 10.0).round().min(10.0) / 10.0 } else { 0.1 };
+        slow.max(FEWEST_SAMPLES * sample_s)
     }
 
     /// The file's free numbers and those of added effects, from one of their starting points.

@@ -82,11 +82,19 @@ pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<
     Ok(Id::all().filter(tried).filter(|&id| !in_file(id)).filter(shows).collect())
 }
 
-/// Fits and judges every effect on its own; `done` is told after each.
+/// Fits and judges every effect on its own, the best few of those that were tried before from where they ended too; `done`
+/// is told after each.
 #[must_use]
-pub fn singles(session: &Session, baseline: &Candidate, effects: &[Id], done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
+pub fn singles(
+    session: &Session,
+    baseline: &Candidate,
+    effects: &[Id],
+    before: &[Candidate],
+    done: &(dyn Fn() + Sync),
+) -> Vec<Candidate> {
     let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &baseline.fit)).collect();
     let mut candidates = try_all(session, &wanted, MOST_SINGLE, done);
+    from_before(session, &mut candidates, before);
     if baseline.fit.strayed() {
         if !candidates.iter().any(|one| reaches(session.noise, baseline, one)) {
             from_file(session, &mut candidates);
@@ -95,6 +103,20 @@ pub fn singles(session: &Session, baseline: &Candidate, effects: &[Id], done: &(
         level_mistaken(session, &mut candidates);
     }
     candidates
+}
+
+/// Fits the best few of those that were tried before from where they ended: on runs that have since been read anew.
+fn from_before(session: &Session, candidates: &mut [Candidate], before: &[Candidate]) {
+    let mut best: Vec<&Candidate> = before.iter().collect();
+    best.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    best.truncate(MOST_FURTHER);
+    for once in best {
+        if let Some(candidate) = candidates.iter_mut().find(|one| one.effects == once.effects) {
+            let fit = session.finish(session.begun_anew(&once.fit), ROUNDS, TOLERANCE);
+            let evaluation = session.evaluate(&fit);
+            candidate.improve(fit, evaluation);
+        }
+    }
 }
 
 /// Looks at every effect from the file's own numbers, and fits the best few in full from there: without the effect those

@@ -10,6 +10,8 @@ use super::verdict::Verdict;
 const REACHES: f64 = 1.12;
 /// The same for a pair of effects.
 const PAIR_REACHES: f64 = 1.06;
+/// What explains a misfit removes at least this share of its excess over the floor (mean square), however near the floor is.
+const EXPLAINS: f64 = 0.5;
 /// Up to this factor, a single effect that removes this share of the excess has reached the floor too.
 const TRACE: (f64, f64) = (1.22, 0.975);
 /// The refitted nominal model has nothing to explain up to this factor.
@@ -29,8 +31,8 @@ const PAYS_OF_EXCESS: f64 = 0.03;
 /// A second effect takes away at least this share of the nominal model's excess: a law of the library that is only nearly the
 /// right one leaves less.
 const SECOND_PAYS: f64 = 0.045;
-/// And never by less than this share of the floor (mean square).
-const PAYS_OF_NOISE: f64 = 0.0015;
+/// And never by less than this share of the floor (mean square): the floor of one set of runs is not known better.
+const PAYS_OF_NOISE: f64 = 0.006;
 /// A richer model that is better than a simpler one by this share of the nominal model's excess stays beside it.
 const SUGGESTS: f64 = 0.01;
 /// Error of a comparison on each side; candidates are many, so it is small. It is read from
@@ -74,17 +76,18 @@ impl Decision {
     }
 }
 
-/// Whether a model reaches the floor (mean square noise, rad²). Of a large misfit, the law in the library may leave a trace
-/// because the real one is richer: then it must have removed nearly all of it. A pair has more freedom, so more is asked of
-/// it.
+/// Whether a model reaches the floor (mean square noise, rad²) and takes most of the misfit away on its way there. Of a large
+/// misfit, the law in the library may leave a trace because the real one is richer: then it must have removed nearly all of
+/// it. A pair has more freedom, so more is asked of it.
 #[must_use]
 pub fn reaches(noise: f64, baseline: &Candidate, model: &Candidate) -> bool {
     let ratio = (model.mean_square() / noise).sqrt();
+    let gained = baseline.mean_square() - model.mean_square();
+    let removed = gained / (baseline.mean_square() - noise).max(gained).max(f64::MIN_POSITIVE);
     if model.effects.len() > 1 {
-        return ratio <= PAIR_REACHES;
+        return ratio <= PAIR_REACHES && removed >= EXPLAINS;
     }
-    let removed = 1.0 - (model.mean_square() - noise) / (baseline.mean_square() - noise);
-    ratio <= REACHES || (ratio <= TRACE.0 && removed >= TRACE.1)
+    (ratio <= REACHES && removed >= EXPLAINS) || (ratio <= TRACE.0 && removed >= TRACE.1)
 }
 
 /// Everything a comparison needs.
@@ -326,6 +329,14 @@ mod tests {
         let decision = decide(9.0, &candidates);
         let class: Vec<&str> = decision.class.iter().map(|&i| candidates[i].effects[0].name()).collect();
         assert_eq!(class, ["coulomb_friction", "sensor_delay"]);
+    }
+
+    #[test]
+    fn what_leaves_most_of_a_small_misfit_explains_nothing() {
+        assert_eq!(decide(1.147, &[model(&["sensor_delay"], 1.134)]).verdict, Verdict::Nothing);
+        assert_eq!(decide(1.147, &[model(&["sensor_delay"], 1.03)]).verdict, Verdict::Explained);
+        // Far enough above the floor that it must be said, and not explained either.
+        assert_eq!(decide(1.24, &[model(&["sensor_delay"], 1.21)]).verdict, Verdict::Unexplained);
     }
 
     #[test]

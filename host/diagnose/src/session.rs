@@ -14,8 +14,6 @@ use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
 use recording::Recording;
 
-/// Rollouts are never shorter than this many samples.
-const FEWEST_SAMPLES: f64 = 25.0;
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
 const MOST_ROLLOUTS: usize = 1500;
 /// A noise estimate below this is no noise but a recording of a simulation; the floor stays above it, rad.
@@ -168,7 +166,7 @@ impl Session {
     fn cut(&mut self, options: &Options) -> Result<(), DiagnoseError> {
         let all = || self.fit.iter().chain(&self.held_out);
         let usual = all().map(Track::usual_step).fold(0.0, f64::max);
-        self.horizon_s = options.horizon_s.unwrap_or_else(|| self.usual_horizon(usual));
+        self.horizon_s = options.horizon_s.unwrap_or_else(|| self.model.usual_horizon(usual));
         for tracks in [&mut self.fit, &mut self.held_out] {
             let most_segments = (MOST_ROLLOUTS / tracks.len()).max(10);
             for track in tracks.iter_mut() {
@@ -187,13 +185,6 @@ impl Session {
         self.fit_guess = guess(&self.fit, window);
         self.guesses = vec![guess(&self.held_out, window), guess(&self.held_out, self.horizon_s)];
         Ok(())
-    }
-
-    /// 0.1 s; longer for a rig that is slow (twice its mechanical time constant) or slowly sampled.
-    fn usual_horizon(&self, sample_s: f64) -> f64 {
-        let twice = 2.0 * self.model.time_constant_s;
-        let slow = if twice > 0.2 { (twice * 10.0).round().min(10.0) / 10.0 } else { 0.1 };
-        slow.max(FEWEST_SAMPLES * sample_s)
     }
 
     /// Refits the file's numbers, from where a fit has them, and measures the noise about the outcome, in turns: neither
@@ -249,6 +240,22 @@ impl Session {
             }
         }
         Scatter::mean_square(&scatters).max(LEAST_NOISE * LEAST_NOISE)
+    }
+
+    /// The numbers of a fit to runs that have since been cut anew, with first guesses of the starts.
+    #[must_use]
+    pub fn begun_anew(&self, fit: &Fit) -> Fit {
+        Fit { starts: self.fit_guess.clone(), ..fit.clone() }
+    }
+
+    /// Lowers the noise of the fit runs to what is left about a better model than the settled one, which may have lost the
+    /// shaft and taken much for noise.
+    pub fn lower_fit_noise(&mut self, fit: &Fit) {
+        let mut fit = self.begun_anew(fit);
+        let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
+        let before = self.fit_noise;
+        self.fit_noise = self.measure(&fit, true).min(before);
+        self.thin();
     }
 
     /// What fits are made to.

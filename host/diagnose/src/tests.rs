@@ -265,7 +265,7 @@ fn threads_do_not_change_the_outcome() {
 fn the_extended_file_has_the_cause_and_simulates() {
     let diagnosis = diagnosed(&changed(|rig| rig.shaft.laws = coulomb(1e-4)), 3);
     let mut document = edited(|text| text);
-    extend(&mut document, &diagnosis, "test").unwrap();
+    extend(&mut document, &diagnosis.detail.extended, "test").unwrap();
     let robot = document.robot().unwrap();
     let quantity = |key| robot.effects.quantity("coulomb_friction", key).unwrap();
     assert_eq!(quantity("torque_nm").value.to_bits(), {
@@ -286,7 +286,7 @@ fn a_robots_load_stays_its_eccentrics() {
     assert!(robot.eccentric.is_some());
     let (rig, runs) = (Rig::off(), Rig::off().runs(5));
     let diagnosis = diagnose(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
-    extend(&mut document, &diagnosis, "test").unwrap();
+    extend(&mut document, &diagnosis.detail.extended, "test").unwrap();
     let extended = document.robot().unwrap();
     assert_eq!(extended.load, robot.load);
     let rotor = extended.motor.rotor_inertia_kg_m2;
@@ -306,7 +306,7 @@ fn a_rotor_never_gets_less_than_nothing() {
     let robot = document.robot().unwrap();
     let runs = changed(|rig| rig.shaft.inertia_kg_m2 = 1.5e-7).runs(5);
     let diagnosis = diagnose(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
-    extend(&mut document, &diagnosis, "test").unwrap();
+    extend(&mut document, &diagnosis.detail.extended, "test").unwrap();
     assert!(document.robot().unwrap().motor.rotor_inertia_kg_m2.value > 0.0);
 }
 

@@ -285,7 +285,7 @@ fn readings(robot: &Robot, column: &AngleReading) -> Result<Vec<Option<f64>>, St
 
 /// Standard deviation of what a potentiometer shows at rest, rad, its steps included: at most, as its median of several
 /// conversions scatters less.
-fn deviation(sensor: &Potentiometer) -> f64 {
+pub fn deviation(sensor: &Potentiometer) -> f64 {
     let adc = &sensor.adc;
     let per_code = adc.full_scale_v.value / adc.bits.value.exp2() * Element::new(sensor).angle_per_v();
     per_code * (1.0 + adc.noise_lsb.value)

@@ -138,6 +138,8 @@ pub struct Detail {
     pub nominal: Vec<FittedParameter>,
     /// What the extended robot file says: refitted numbers and the tables of the causes.
     pub extended: Vec<FittedParameter>,
+    /// The same for each other model that these runs cannot tell from the named one, in the order of [`Diagnosis::models`].
+    pub rivals: Vec<Vec<FittedParameter>>,
     /// Every candidate that was tried, best first. The first entry with no effect is the refitted nominal model.
     pub candidates: Vec<CandidateEvidence>,
     /// The misfit against each coordinate.

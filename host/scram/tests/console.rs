@@ -291,10 +291,11 @@ fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8], rows: u16) -> Opt
     let mut words: Vec<String> = tty.words().into_iter().map(quoted).collect();
     words.extend(["--out".to_owned(), quoted(tty.directory.path().into())]);
     words.extend(arguments.iter().map(|word| quoted(word.into())));
-    // As a person's shell does, this one hands the end of its window on; it outlives it, to tell.
+    // As a person's shell does, this one hands the end of its window on; it outlives it, to tell. That signal may interrupt
+    // the wait (more than 128), or come when the console has ended: then a second wait would know nothing of it.
     let shell = format!(
-        "stty rows {rows} cols 120; exec 3<&0; {} <&3 & child=$!; trap 'hung=1; kill -HUP $child' HUP; \
-         wait $child; code=$?; if [ -n \"$hung\" ]; then wait $child; code=$?; fi; echo $code > '{}'",
+        "stty rows {rows} cols 120; exec 3<&0; {} <&3 & child=$!; trap 'kill -HUP $child' HUP; \
+         wait $child; code=$?; if [ $code -gt 128 ]; then wait $child; code=$?; fi; echo $code > '{}'",
         words.join(" "),
         code.display()
     );

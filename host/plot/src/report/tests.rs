@@ -197,6 +197,7 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
             held_out_runs: vec!["noise_step_05".into(), "noise_step_06".into()],
             nominal: extended[..3].to_vec(),
             extended,
+            rivals: Vec::new(),
             candidates,
             misfit_map: vec![
                 misfit_curve("angle_rad", (-3.1, 3.1), before, after),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use diagnose::{Diagnosis, Options, Progress, Verdict, diagnose, extend};
+use diagnose::{Detail, Diagnosis, FittedParameter, Options, Progress, Verdict, diagnose, extend};
 use effects::Id;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
@@ -17,7 +17,7 @@ use scram::progress::bar;
 use super::run_directory::DIAGNOSED;
 use super::{Common, Done, Failure, print, print_json, say, table, write};
 
-/// The extended model.
+/// The extended model; the others that are still standing are numbered from 2.
 const ROBOT: &str = "robot.toml";
 /// Samples that make a few rollouts; a run below this cannot be judged.
 const FEWEST_SAMPLES: usize = 20;
@@ -60,6 +60,8 @@ struct Files {
     page: PathBuf,
     /// Missing where the robot file cannot hold what was fitted.
     robot: Option<PathBuf>,
+    /// The other models that the runs cannot tell from it.
+    rivals: Vec<PathBuf>,
     json: PathBuf,
 }
 
@@ -76,18 +78,21 @@ impl Diagnose {
         let diagnosis = diagnose(&robot, &fit, &held_out, &options).map_err(Report::from)?;
 
         // A number that the robot file refuses must not cost the report.
-        let extended = self.extended(&diagnosis);
-        let model = extended.as_ref().ok();
-        let files = DIAGNOSED.fill(&common.out, self.overwrite, |out| self.save(&robot, &diagnosis, model, out))?;
+        let detail = &diagnosis.detail;
+        let models: Result<Vec<Document>, Report> =
+            std::iter::once(&detail.extended).chain(&detail.rivals).map(|fitted| self.with(fitted, detail)).collect();
+        let written = models.as_deref().unwrap_or(&[]);
+        let files = DIAGNOSED.fill(&common.out, self.overwrite, |out| self.save(&robot, &diagnosis, written, out))?;
         self.tell(&robot, &diagnosis, &files)?;
-        extended?;
+        models?;
         Ok(())
     }
 
     /// Prints the diagnosis and where it was written.
     fn tell(&self, robot: &Robot, diagnosis: &Diagnosis, files: &Files) -> Done {
-        let paths = [Some(&files.page), files.robot.as_ref(), Some(&files.json)];
-        let paths: Vec<String> = paths.into_iter().flatten().map(|path| path.display().to_string()).collect();
+        let own = [Some(&files.page), files.robot.as_ref(), Some(&files.json)];
+        let shown = |path: &PathBuf| path.display().to_string();
+        let paths: Vec<String> = own.into_iter().flatten().chain(&files.rivals).map(shown).collect();
         let written = format!("written: {}", paths.join(", "));
         if self.common.json {
             say(&written);
@@ -102,19 +107,19 @@ impl Diagnose {
         if let (Some(file), true) = (&files.robot, robot.controller.is_some()) {
             print(&format!("try it: scram sim --robot {}", file.display()));
         }
+        if !files.rivals.is_empty() {
+            let models: Vec<String> = files.robot.iter().chain(&files.rivals).map(shown).collect();
+            print(&format!("tell them apart: scram design-experiment {}", models.join(" ")));
+        }
         Ok(())
     }
 
-    fn save(
-        &self,
-        robot: &Robot,
-        diagnosis: &Diagnosis,
-        extended: Option<&Document>,
-        out: &Path,
-    ) -> Result<Files, Report> {
+    fn save(&self, robot: &Robot, diagnosis: &Diagnosis, models: &[Document], out: &Path) -> Result<Files, Report> {
+        let paths: Vec<PathBuf> = (1..=models.len()).map(|number| out.join(model_file(number))).collect();
         let files = Files {
             page: out.join("report.html"),
-            robot: extended.map(|_| out.join(ROBOT)),
+            robot: paths.first().cloned(),
+            rivals: paths.iter().skip(1).cloned().collect(),
             json: out.join("diagnosis.json"),
         };
         let about = About {
@@ -123,9 +128,10 @@ impl Diagnose {
             extended_file: files.robot.as_ref().map(|file| file.display().to_string()),
         };
         // First what can be refused, so that no report speaks of a model that was not written.
-        if let (Some(extended), Some(file)) = (extended, &files.robot) {
-            self.common.save(extended, file)?;
+        for (model, file) in models.iter().zip(&paths) {
+            self.common.save(model, file)?;
         }
+        remove_others(out, models.len() + 1)?;
         write(&files.page, &html(diagnosis, &about))?;
         let json = serde_json::to_string_pretty(diagnosis).map_err(|e| miette!("diagnosis.json: {e}"))?;
         write(&files.json, &(json + "\n"))?;
@@ -169,11 +175,11 @@ impl Diagnose {
         Ok((recordings(runs), recordings(held_out)))
     }
 
-    /// The robot file with the fitted numbers and the named effects.
-    fn extended(&self, diagnosis: &Diagnosis) -> Result<Document, Report> {
+    /// The robot file with the fitted numbers of a model and its effects.
+    fn with(&self, fitted: &[FittedParameter], detail: &Detail) -> Result<Document, Report> {
         let mut document = Document::load(&self.common.robot)?;
-        let source = format!("scram diagnose, fitted on {}", diagnosis.detail.fit_runs.join(", "));
-        extend(&mut document, diagnosis, &source)?;
+        let source = format!("scram diagnose, fitted on {}", detail.fit_runs.join(", "));
+        extend(&mut document, fitted, &source)?;
         Ok(document)
     }
 }
@@ -185,6 +191,19 @@ fn effect(name: &str) -> Result<Id, String> {
         let names: Vec<&str> = Id::all().filter(known).map(Id::name).collect();
         format!("the effects of a shaft are {}", names.join(", "))
     })
+}
+
+/// The robot file of a model, from 1.
+fn model_file(number: usize) -> String {
+    if number == 1 { ROBOT.to_owned() } else { format!("robot-{number}.toml") }
+}
+
+/// Removes the models that an earlier diagnosis has left in a directory, from a number on.
+fn remove_others(out: &Path, from: usize) -> Result<(), Report> {
+    for file in (from..).map(|number| out.join(model_file(number))).take_while(|file| file.exists()) {
+        std::fs::remove_file(&file).map_err(|error| miette!("{}: {error}", file.display()))?;
+    }
+    Ok(())
 }
 
 /// Refuses a run that is there twice, whether as one file or as a copy: it would be fitted on and judged by.
@@ -251,7 +270,7 @@ fn hold_out_last(runs: Vec<Loaded>) -> (Vec<Loaded>, Vec<Loaded>) {
 }
 
 /// A bar on stderr, drawn only where stderr is a terminal.
-fn progress() -> Progress {
+pub fn progress() -> Progress {
     let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {elapsed}") {
         bar.set_style(style);

@@ -5,6 +5,7 @@ mod calibrate;
 mod completions;
 mod console;
 mod design;
+mod design_experiment;
 mod diagnose;
 mod export;
 mod hil;
@@ -43,6 +44,7 @@ enum Sub {
     Sim(sim::Sim),
     Hil(hil::Hil),
     Design(design::Design),
+    DesignExperiment(design_experiment::DesignExperiment),
     #[command(subcommand)]
     Identify(identify::Identify),
     Pair(pair::Pair),
@@ -101,6 +103,7 @@ pub fn run() -> ExitCode {
         Sub::Sim(command) => command.run(),
         Sub::Hil(command) => command.run(),
         Sub::Design(command) => command.run(),
+        Sub::DesignExperiment(command) => command.run(),
         Sub::Identify(command) => command.run(),
         Sub::Pair(command) => command.run(),
         Sub::BringUp(command) => command.run(),

@@ -65,8 +65,17 @@ pub const DIAGNOSED: Series = Series {
     numbered: "out/diagnose-NNNN",
     prefix: "diagnose-",
     latest: "latest-diagnose",
-    kept: &["robot.toml", "report.html", "diagnosis.json"],
+    kept: &["robot.toml", "robot-2.toml", "report.html", "diagnosis.json"],
     are: "perhaps what another run found",
+};
+
+/// What `scram design-experiment` proposed.
+pub const DESIGNED: Series = Series {
+    numbered: "out/experiment-NNNN",
+    prefix: "experiment-",
+    latest: "latest-experiment",
+    kept: &["experiment.txt"],
+    are: "the proposal of another run",
 };
 
 /// A directory that is this run's while this lives.
