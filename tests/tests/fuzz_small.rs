@@ -45,6 +45,7 @@ targets! {
     robot_commands: 2000,
     recording_mcap: 3000,
     recording_csv: 3000,
+    import: 3000,
     robot_file: 1000,
     console_line: 3000,
     script: 2000,

@@ -23,7 +23,7 @@ use serde::Serialize;
 
 fn main() {
     for (target, name, bytes) in
-        [serial(), air(), session(), robot_commands(), recordings(), texts(), store()].into_iter().flatten()
+        [serial(), air(), session(), robot_commands(), recordings(), imports(), texts(), store()].into_iter().flatten()
     {
         let directory = room().join("corpus-seed").join(target);
         fs::create_dir_all(&directory).expect("a directory");
@@ -173,6 +173,34 @@ fn recordings() -> Seeds {
         ("recording_mcap", "session".into(), read(&console)),
         ("recording_csv", "run".into(), told),
     ]
+}
+
+/// Files of another rig, and the mapping of one.
+fn imports() -> Seeds {
+    let root = room().join("..");
+    let with = |kind: u8, mapped: u8, bytes: &[u8]| [&[kind, mapped], bytes].concat();
+    let file = |path: &str| fs::read(root.join(path)).expect("a file of the project");
+    let lines = |first: &str, row: &dyn Fn(u8) -> String| (0..12).fold(first.to_owned(), |text, k| text + &row(k));
+    let table = lines("# rig 7\nt;a;u;v;mode\n", &|k| format!("{k};{},5;{};1;x\n", 3 * k, 20 * k));
+    let entry = |k: u8| {
+        let comma = if k == 0 { "" } else { "," };
+        format!(
+            r#"{comma}{{"timestamp": 0.00{k:02}, "position": 0.{k}, "goal_position": 0.5, "input_volts": 7.3, "torque_enable": true}}"#
+        )
+    };
+    let log = lines(r#"{"motor": "xl330", "kp": 100, "vin": 7.4, "entries": ["#, &entry) + "]}";
+    let mut all = vec![
+        ("import", "table".into(), with(0, 0, table.as_bytes())),
+        ("import", "table-window".into(), with(0, 0xDA, table.as_bytes())),
+        ("import", "table-rate".into(), with(0, 0x31, table.as_bytes())),
+        ("import", "bam".into(), with(2, 0, log.as_bytes())),
+        ("import", "mapping".into(), with(3, 0, &file("examples/another-rig/rig.toml"))),
+    ];
+    for name in ["scipy", "scipy-compressed"] {
+        let bytes = file(&format!("host/recording/tests/fixtures/{name}.mat"));
+        all.push(("import", name.into(), with(1, 0x20, &bytes)));
+    }
+    all
 }
 
 /// Two robots, everything that a console session can hold.

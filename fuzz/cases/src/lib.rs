@@ -10,6 +10,7 @@ mod air_robot;
 mod bytes;
 mod console;
 mod flash;
+mod import;
 mod keys_file;
 mod mcap;
 mod recording;
@@ -24,6 +25,7 @@ mod store;
 pub use air_console::air_console;
 pub use air_robot::air_robot;
 pub use console::{console_line, script};
+pub use import::import;
 pub use keys_file::keys_file;
 pub use recording::{recording_csv, recording_mcap};
 pub use robot_commands::robot_commands;
@@ -50,6 +52,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "robot_commands", run: robot_commands },
     Target { name: "recording_mcap", run: recording_mcap },
     Target { name: "recording_csv", run: recording_csv },
+    Target { name: "import", run: import },
     Target { name: "robot_file", run: robot_file },
     Target { name: "console_line", run: console_line },
     Target { name: "script", run: script },

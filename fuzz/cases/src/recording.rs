@@ -33,7 +33,7 @@ pub fn recording_csv(data: &[u8]) {
 
 fn read(path: &Path, length: usize) {
     for robot in [None, Some("one".to_owned())] {
-        let options = ReadOptions { limit: LIMIT, progress: None, robot };
+        let options = ReadOptions { limit: LIMIT, robot, ..ReadOptions::default() };
         match load_with(path, &options) {
             Ok(loaded) => {
                 assert!(loaded.recording.len() <= LIMIT, "{} samples are held", loaded.recording.len());

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::RowNumber;
 use super::plausible::{self, Range, Watch};
-use super::{AngleReading, Drive, Place, Recording, RecordingError};
+use super::{AngleReading, Drive, Place, Recording, RecordingError, Window};
 
 /// Rows that are kept or dropped together when a recording is thinned: 1 s at 1 kHz.
 pub(super) const BLOCK_ROWS: u64 = 1000;
@@ -165,6 +165,8 @@ pub struct Kept {
     pub kept: u64,
     /// Every how many-th block was kept; 1: all.
     pub stride: u64,
+    /// Rows of the file outside the window that was asked for; they are not among [`Kept::rows`].
+    pub outside: u64,
 }
 
 /// Collects rows.
@@ -174,6 +176,10 @@ pub(super) struct Builder {
     limit: usize,
     stride: u64,
     rows: u64,
+    window: Window,
+    outside: u64,
+    /// Of the whole file.
+    first_t: Option<f64>,
     last_t: Option<f64>,
     last_row: RowNumber,
     last_supply: Option<f64>,
@@ -187,7 +193,7 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    pub(super) fn new(path: &Path, layout: &Layout, limit: usize) -> Self {
+    pub(super) fn new(path: &Path, layout: &Layout, limit: usize, window: Window) -> Self {
         let is_duty = layout.has(Column::Duty);
         let is_adc = layout.has(Column::Adc);
         let recording = Recording {
@@ -203,6 +209,9 @@ impl Builder {
             limit: limit.max(2 * BLOCK_ROWS as usize),
             stride: 1,
             rows: 0,
+            window,
+            outside: 0,
+            first_t: None,
             last_t: None,
             last_row: RowNumber::Line(1),
             last_supply: None,
@@ -258,9 +267,13 @@ impl Builder {
         let current_a = optional(values.current_a, "current_a", &plausible::CURRENT)?;
         let temperature_c = optional(values.temperature_c, "temperature_c", &plausible::TEMPERATURE)?;
 
+        self.last_row = row;
+        if self.window.is_before(t_s) || self.window.is_after(t_s) {
+            self.outside += 1;
+            return Ok(());
+        }
         let block = self.rows / BLOCK_ROWS;
         self.rows += 1;
-        self.last_row = row;
         if !block.is_multiple_of(self.stride) {
             return Ok(());
         }
@@ -308,6 +321,7 @@ impl Builder {
             let judged = self.watch.time_step(t_s - last);
             judged.map_err(|(column, problem, help)| self.cell(row, column, problem, help))?;
         }
+        self.first_t = self.first_t.or(Some(t_s));
         self.last_t = Some(t_s);
         Ok(t_s)
     }
@@ -350,27 +364,37 @@ impl Builder {
 
     /// The recording, with at least one sample.
     pub(super) fn finish(self) -> Result<(Recording, Kept), RecordingError> {
+        if let (0, Some(first), Some(last)) = (self.rows, self.first_t, self.last_t) {
+            return Err(RecordingError::Format {
+                path: self.path,
+                problem: format!("no sample is within --from and --to: the recording goes from {first} s to {last} s"),
+                help: "choose them within the recording's own time, in s".into(),
+            });
+        }
         if self.rows == 0 {
             return Err(RecordingError::NoSamples { path: self.path });
         }
         let judged = self.watch.finish();
         judged.map_err(|(column, problem, help)| self.cell(self.last_row, column, problem, help))?;
-        let kept = Kept { rows: self.rows, kept: self.recording.len() as u64, stride: self.stride };
+        let kept =
+            Kept { rows: self.rows, kept: self.recording.len() as u64, stride: self.stride, outside: self.outside };
         Ok((self.recording, kept))
     }
 }
 
 impl Kept {
-    /// A sentence for people; `None` when everything was kept.
-    pub(super) fn note(&self) -> Option<String> {
-        (self.stride > 1).then(|| {
+    /// Sentences for people; none when everything was kept.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let outside = (self.outside > 0).then(|| format!("{} rows are outside --from and --to", self.outside));
+        let thinned = (self.stride > 1).then(|| {
             format!(
                 "{} of {} rows were kept to bound memory and time: every {} block of {BLOCK_ROWS} rows",
                 self.kept,
                 self.rows,
                 ordinal(self.stride)
             )
-        })
+        });
+        outside.into_iter().chain(thinned).collect()
     }
 }
 

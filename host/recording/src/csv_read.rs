@@ -16,7 +16,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
     let mut reader = ReaderBuilder::new().flexible(true).buffer_capacity(1 << 16).from_reader(file);
     let layout = layout(path, reader.byte_headers().map_err(|e| csv_error(path, e))?)?;
 
-    let mut builder = Builder::new(path, &layout, options.limit);
+    let mut builder = Builder::new(path, &layout, options.limit, options.window);
     let mut record = ByteRecord::new();
     while reader.read_byte_record(&mut record).map_err(|e| csv_error(path, e))? {
         let line = record.position().map_or(0, csv::Position::line);
@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
     if !ignored.is_empty() {
         notes.push(format!("columns that are not read: {}", ignored.join(", ")));
     }
-    notes.extend(kept.note());
+    notes.extend(kept.notes());
     Ok(Loaded { recording, metadata, kept, notes })
 }
 
@@ -80,7 +80,7 @@ fn number(path: &Path, line: u64, column: &str, cell: &[u8]) -> Result<Option<f6
     Ok(Some(value))
 }
 
-fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
+pub(super) fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
     RecordingError::Cell {
         place: Place { path: path.to_owned(), row: RowNumber::Line(line) },
         column: column.to_owned(),
@@ -89,7 +89,7 @@ fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {
     }
 }
 
-fn wrong_length(path: &Path, line: u64, cells: usize, columns: usize, last: bool) -> RecordingError {
+pub(super) fn wrong_length(path: &Path, line: u64, cells: usize, columns: usize, last: bool) -> RecordingError {
     let place = Place { path: path.to_owned(), row: RowNumber::Line(line) };
     if last && cells < columns {
         return RecordingError::RowNumber {

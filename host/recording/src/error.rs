@@ -18,6 +18,8 @@ pub enum RowNumber {
     Line(u64),
     /// Message of an MCAP file, from 1.
     Message(u64),
+    /// Entry of a list, from 1.
+    Entry(u64),
 }
 
 impl std::fmt::Display for Place {
@@ -25,6 +27,7 @@ impl std::fmt::Display for Place {
         match self.row {
             RowNumber::Line(line) => write!(f, "{}, line {line}", self.path.display()),
             RowNumber::Message(message) => write!(f, "{}, message {message}", self.path.display()),
+            RowNumber::Entry(entry) => write!(f, "{}, entry {entry}", self.path.display()),
         }
     }
 }

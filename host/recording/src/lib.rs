@@ -1,7 +1,8 @@
 //! A recording in memory: one run of a rig, columns of equal length. Reading and writing live in the submodules.
 //!
 //! Column names, units and meaning are those of the exchange format: see `docs/recordings.md`. [`load`] reads a CSV or MCAP
-//! file, [`write_mcap`] and [`write_csv`] write one, [`SessionRecorder`] writes while a session lasts.
+//! file, [`write_mcap`] and [`write_csv`] write one, [`SessionRecorder`] writes while a session lasts, and [`mod@import`] reads files
+//! of other rigs by a mapping of their columns.
 //!
 //! ```
 //! use recording::{AngleReading, Drive, Recording, load, write_mcap};
@@ -31,6 +32,7 @@ mod csv_read;
 mod csv_write;
 mod entries;
 mod error;
+pub mod import;
 mod mcap_chunks;
 mod mcap_read;
 mod mcap_stream;
@@ -45,6 +47,7 @@ mod schema;
 mod sink;
 mod stream;
 mod telemetry;
+mod window;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -60,6 +63,7 @@ pub use rig::check_rig;
 pub use run_log::{LoggedCommand, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
 pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};
+pub use window::Window;
 pub use words::fault;
 
 /// Samples of one run, one vector per column.
@@ -159,13 +163,15 @@ pub struct ReadOptions {
     pub limit: usize,
     /// Who watches the reading.
     pub progress: Option<Progress>,
+    /// What is read; the whole run where nothing is said.
+    pub window: Window,
     /// Which robot, by its name in the file; needed where a session has several.
     pub robot: Option<String>,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { limit: DEFAULT_LIMIT, progress: None, robot: None }
+        Self { limit: DEFAULT_LIMIT, progress: None, window: Window::default(), robot: None }
     }
 }
 

@@ -9,13 +9,14 @@ use super::builder::{Builder, Layout, Values};
 use super::error::RowNumber;
 use super::mcap_stream::{Choice, Contents, Ending, Kind, records};
 use super::mcap_write::SAMPLE_TOPIC;
-use super::{Loaded, Place, ReadOptions, RecordingError};
+use super::{Loaded, Place, ReadOptions, RecordingError, Window};
 
 /// Reads a file; the columns are those of the first sample.
 pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, RecordingError> {
     let mut state = State {
         path,
         limit: options.limit,
+        window: options.window,
         contents: Contents::default(),
         choice: Choice::new(options.robot.as_deref()),
         own_name: None,
@@ -29,6 +30,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
 struct State<'a> {
     path: &'a Path,
     limit: usize,
+    window: Window,
     contents: Contents,
     choice: Choice,
     /// Of the robot that is read, where the file is of several.
@@ -61,7 +63,7 @@ impl State<'_> {
         })?;
         if self.rows.is_none() {
             let layout = Layout::of(self.path, message.keys().cloned().collect())?;
-            let builder = Builder::new(self.path, &layout, self.limit);
+            let builder = Builder::new(self.path, &layout, self.limit, self.window);
             self.rows = Some((layout, builder));
         }
         let Some((layout, builder)) = &mut self.rows else { return Ok(()) };
@@ -95,7 +97,7 @@ impl State<'_> {
         if !ignored.is_empty() {
             notes.push(format!("columns that are not read: {}", ignored.join(", ")));
         }
-        notes.extend(kept.note());
+        notes.extend(kept.notes());
         notes.extend(ending.note());
         let mut metadata = self.contents.metadata;
         if self.own_name.is_some() {

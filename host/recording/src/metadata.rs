@@ -6,6 +6,7 @@ use control::State;
 use serde::{Deserialize, Serialize};
 
 use super::RecordingError;
+use super::import::ImportRecord;
 
 /// The contents of `RUN.toml` beside `RUN.csv`, or of the metadata record in an MCAP file. Every key is optional.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,12 +37,15 @@ pub struct Metadata {
     /// known where recording began in the middle of a run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_state: Option<State>,
+    /// Of a recording that [`crate::import`] made: from what, how, and what was left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<ImportRecord>,
 }
 
 impl Metadata {
     /// What to do about metadata that are not understood.
     pub(super) const HELP: &str =
-        "allowed keys: robot, excitation, notes, temperature_c, surface, tilt_deg, seed, start_state";
+        "allowed keys: robot, excitation, notes, temperature_c, surface, tilt_deg, seed, start_state, import";
 
     /// Whether nothing is known.
     #[must_use]

@@ -105,7 +105,7 @@ fn a_long_recording_is_thinned_by_whole_blocks() {
     for name in ["run.csv", "run.mcap"] {
         let path = directory.path().join(name);
         if name.ends_with("csv") { write_csv(&path, &written) } else { write_mcap(&path, &written) }.unwrap();
-        let loaded = load_with(&path, &ReadOptions { limit: 10_000, progress: None, robot: None }).unwrap();
+        let loaded = load_with(&path, &ReadOptions { limit: 10_000, ..ReadOptions::default() }).unwrap();
         assert!(loaded.recording.len() <= 10_000);
         // 51 blocks at a stride of 8: blocks 0, 8, …, 48, all of them whole.
         assert_eq!((loaded.kept.rows, loaded.kept.stride, loaded.kept.kept), (50_500, 8, 7_000));

@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use common::root;
 
 /// Documents that are read as files and in the book, relative to the root.
-const OUTSIDE_DOCS: [&str; 6] = [
+const OUTSIDE_DOCS: [&str; 7] = [
     "README.md",
     "CONTRIBUTING.md",
     "ARCHITECTURE.md",
+    "examples/another-rig/README.md",
     "examples/hidden-effect/README.md",
     "examples/hidden-effect/answer.md",
     "firmware/README.md",

@@ -19,6 +19,9 @@ use super::{Common, Done, Failure, load_robot, print, print_json, say, table, wr
 /// The drive.
 const SCRIPT: &str = "experiment.txt";
 
+/// When the first piece of a drive begins, s: after what clears the fault of a robot that was just switched on.
+const BEGINS_S: f64 = 0.05;
+
 /// Design the recording that tells models apart
 ///
 /// Each robot file is a model that is still standing: `scram diagnose` writes one for every model that its recordings leave.
@@ -47,7 +50,7 @@ pub struct DesignExperiment {
 }
 
 /// A drive that the firmware runs to its end on every model, and how far the models are apart on recordings of it.
-struct Proposal {
+pub struct Proposal {
     experiment: Experiment,
     script: String,
     /// Error of each pair's second model on simulated recordings of the first, over the noise.
@@ -61,44 +64,9 @@ impl DesignExperiment {
         }
         let robots: Vec<Robot> = self.models.iter().map(|path| load_robot(path)).collect::<Result<_, _>>()?;
         DESIGNED.refuse(&self.common.out, self.overwrite)?;
-        let options = Options { seed: self.common.seed, progress: Some(progress()), ..Options::default() };
-        let designed = design_experiment(&robots, self.seconds, &options).map_err(Report::from)?;
-        if designed.is_empty() {
-            return Err(Failure::Failed(miette!(
-                help = "is the supply high enough, and the friction of every model low enough?",
-                "no drive of {} s turns the shaft of every model without a fault",
-                self.seconds
-            )));
-        }
-        let proposal = self.proposal(&robots, designed)?;
-        let script = DESIGNED.fill(&self.common.out, self.overwrite, |out| self.save(&proposal, out))?;
+        let proposal = propose(&robots, self.seconds, self.common.seed)?;
+        let script = DESIGNED.fill(&self.common.out, self.overwrite, |out| proposal.save(&self.models, out))?;
         self.tell(&proposal, &script)
-    }
-
-    /// The best drive that the firmware runs to its end on every model.
-    fn proposal(&self, robots: &[Robot], designed: Vec<Experiment>) -> Result<Proposal, Report> {
-        let mut ended = String::new();
-        for experiment in designed {
-            let script = lines(&experiment);
-            match record_all(robots, &script, self.seconds, self.common.seed) {
-                Ok(recorded) => {
-                    let simulated = simulated(robots, &experiment, &recorded).map_err(Report::from)?;
-                    return Ok(Proposal { experiment, script, simulated });
-                }
-                Err(why) => ended = why,
-            }
-        }
-        Err(miette!(
-            help = "give it another --seed, or other --seconds",
-            "the firmware ends every drive that was found: {ended}"
-        ))
-    }
-
-    fn save(&self, proposal: &Proposal, out: &Path) -> Result<PathBuf, Report> {
-        let path = out.join(SCRIPT);
-        let models: Vec<String> = self.models.iter().map(|model| model.display().to_string()).collect();
-        write(&path, &format!("# tells apart: {}\n{}", models.join(", "), proposal.script))?;
-        Ok(path)
     }
 
     fn tell(&self, proposal: &Proposal, script: &Path) -> Done {
@@ -139,10 +107,47 @@ impl DesignExperiment {
     }
 }
 
-/// A drive as a script, one order a line; it ends with the bridge open.
+/// The best drive of a length (s) that the firmware runs to its end on every model.
+pub fn propose(robots: &[Robot], seconds: f64, seed: u64) -> Result<Proposal, Report> {
+    let options = Options { seed, progress: Some(progress()), ..Options::default() };
+    let designed = design_experiment(robots, seconds, &options)?;
+    if designed.is_empty() {
+        return Err(miette!(
+            help = "is the supply high enough, and the friction of every model low enough?",
+            "no drive of {seconds} s turns the shaft of every model without a fault"
+        ));
+    }
+    let mut ended = String::new();
+    for experiment in designed {
+        let script = lines(&experiment);
+        match record_all(robots, &script, BEGINS_S + seconds, seed) {
+            Ok(recorded) => {
+                let simulated = simulated(robots, &experiment, &recorded)?;
+                return Ok(Proposal { experiment, script, simulated });
+            }
+            Err(why) => ended = why,
+        }
+    }
+    Err(miette!(
+        help = "give it another --seed, or other --seconds",
+        "the firmware ends every drive that was found: {ended}"
+    ))
+}
+
+impl Proposal {
+    /// Writes the drive, for these models, into a directory.
+    pub fn save(&self, models: &[PathBuf], out: &Path) -> Result<PathBuf, Report> {
+        let path = out.join(SCRIPT);
+        let models: Vec<String> = models.iter().map(|model| model.display().to_string()).collect();
+        write(&path, &format!("# tells apart: {}\n{}", models.join(", "), self.script))?;
+        Ok(path)
+    }
+}
+
+/// A drive as a script, one order a line. It begins as a robot must that was just switched on, and ends with the bridge open.
 fn lines(experiment: &Experiment) -> String {
-    let mut text = String::new();
-    let mut at_s = 0.0;
+    let mut text = "0 clear\n".to_owned();
+    let mut at_s = BEGINS_S;
     for piece in &experiment.pieces {
         let _ = match piece.duty {
             Some(duty) => writeln!(text, "{at_s:.3} duty {duty:.3}"),

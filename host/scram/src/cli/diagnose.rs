@@ -9,13 +9,18 @@ use effects::Id;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use plot::report::{About, html};
-use recording::{Loaded, ReadOptions, Recording};
+use recording::import::Mapping;
+use recording::{Loaded, ReadOptions, Recording, check_rig};
 use robot_file::Robot;
 use robot_file::edit::Document;
 use scram::progress::bar;
 
+use super::design_experiment::propose;
+use super::import::{self, MappingArgs, WindowArgs};
+use super::pair::KeysFile;
 use super::run_directory::DIAGNOSED;
-use super::{Common, Done, Failure, print, print_json, say, table, write};
+use super::then_run::Place;
+use super::{Common, Done, Failure, load_robot, print, print_json, say, table, write};
 
 /// The extended model; the others that are still standing are numbered from 2.
 const ROBOT: &str = "robot.toml";
@@ -35,11 +40,12 @@ const MOST_SAMPLES: usize = 60_000;
 #[command(mut_arg("out", |arg| arg.default_value(DIAGNOSED.numbered)))]
 #[command(after_help = "Examples:\n  \
     scram diagnose runs/*.csv --robot robots/bench-xl330.toml\n  \
-    scram diagnose a.mcap b.mcap c.mcap --holdout c.mcap --out diagnosis\n\n\
+    scram diagnose a.mcap b.mcap c.mcap --holdout c.mcap --out diagnosis\n  \
+    scram diagnose rig/*.csv --mapping rig.toml --from 2 --to 8 --robot rig-robot.toml\n\n\
     Without --holdout the last run of each kind of excitation is held out. The kind is `excitation` in the \
     recording's metadata, or the file name without its number: sweep_1.csv and sweep_2.csv are of one kind.")]
 pub struct Diagnose {
-    /// Recordings to fit on, CSV or MCAP
+    /// Recordings to fit on, CSV or MCAP; with a mapping files of another rig, as `scram import` reads them
     #[arg(required = true)]
     runs: Vec<PathBuf>,
     /// A recording to judge on and never to fit on, listed among the runs or not; repeatable
@@ -49,11 +55,24 @@ pub struct Diagnose {
     #[arg(long = "try", value_name = "EFFECT", value_parser = effect)]
     also_try: Vec<Id>,
     #[command(flatten)]
+    mapping: MappingArgs,
+    #[command(flatten)]
+    window: WindowArgs,
+    #[command(flatten)]
     common: Common,
     /// Write over what is in --out already
     #[arg(long)]
     overwrite: bool,
+    /// Where several models are still standing: design the recording that tells them apart, run it twice through the console on
+    /// the robot behind a dongle's serial port, or on a simulated robot (sim:FILE, its robot file), and diagnose again
+    #[arg(long, value_name = "PORT|sim:FILE", value_parser = Place::parse)]
+    then_run: Option<Place>,
+    #[command(flatten)]
+    keys: KeysFile,
 }
+
+/// Length of the recording that tells models apart, s.
+const EXPERIMENT_S: f64 = 8.0;
 
 /// What a diagnosis wrote.
 struct Files {
@@ -73,19 +92,58 @@ impl Diagnose {
         common.keeps_robot_file(&common.out.join(ROBOT))?;
         DIAGNOSED.refuse(&common.out, self.overwrite)?;
         let (fit, held_out) = self.load(&robot)?;
+        let files = self.diagnose(&robot, &fit, &held_out, &common.out)?;
+        match &self.then_run {
+            None => Ok(()),
+            Some(_) if files.rivals.is_empty() => {
+                say("no two models are left to tell apart: nothing is run");
+                Ok(())
+            }
+            Some(place) => self.then_run(place, &robot, fit, held_out, &files),
+        }
+    }
+
+    /// Diagnoses, writes it down and tells it.
+    fn diagnose(&self, robot: &Robot, fit: &[Recording], held_out: &[Recording], out: &Path) -> Result<Files, Failure> {
         let also_try = self.also_try.clone();
-        let options = Options { seed: common.seed, also_try, progress: Some(progress()), ..Options::default() };
-        let diagnosis = diagnose(&robot, &fit, &held_out, &options).map_err(Report::from)?;
+        let options = Options { seed: self.common.seed, also_try, progress: Some(progress()), ..Options::default() };
+        let diagnosis = diagnose(robot, fit, held_out, &options).map_err(Report::from)?;
 
         // A number that the robot file refuses must not cost the report.
         let detail = &diagnosis.detail;
         let models: Result<Vec<Document>, Report> =
             std::iter::once(&detail.extended).chain(&detail.rivals).map(|fitted| self.with(fitted, detail)).collect();
         let written = models.as_deref().unwrap_or(&[]);
-        let files = DIAGNOSED.fill(&common.out, self.overwrite, |out| self.save(&robot, &diagnosis, written, out))?;
-        self.tell(&robot, &diagnosis, &files)?;
+        let files = DIAGNOSED.fill(out, self.overwrite, |out| self.save(robot, &diagnosis, written, out))?;
+        self.tell(robot, &diagnosis, &files)?;
         models?;
-        Ok(())
+        Ok(files)
+    }
+
+    /// Runs the experiment that tells the models apart, once to fit on and once to judge by, and diagnoses again.
+    fn then_run(
+        &self,
+        place: &Place,
+        robot: &Robot,
+        mut fit: Vec<Recording>,
+        mut held_out: Vec<Recording>,
+        files: &Files,
+    ) -> Done {
+        let models: Vec<PathBuf> = files.robot.iter().chain(&files.rivals).cloned().collect();
+        let robots: Vec<Robot> = models.iter().map(|path| load_robot(path)).collect::<Result<_, _>>()?;
+        let beside = files.page.parent().unwrap_or(Path::new("."));
+        let script = propose(&robots, EXPERIMENT_S, self.common.seed)?.save(&models, beside)?;
+        for (number, recordings) in [&mut fit, &mut held_out].into_iter().enumerate() {
+            let seed = self.common.seed + number as u64;
+            let out = beside.join(format!("experiment-{}", number + 1));
+            let path = place.record(&script, self.keys.given(), seed, &out)?;
+            let options = ReadOptions { limit: MOST_SAMPLES, ..ReadOptions::default() };
+            recordings.push(self.common.recording(&path, robot, &options)?.recording);
+        }
+        // A named directory has the first diagnosis in it.
+        let numbered = self.common.out == Path::new(DIAGNOSED.numbered);
+        let out = if numbered { self.common.out.clone() } else { self.common.out.join("then") };
+        self.diagnose(robot, &fit, &held_out, &out).map(|_| ())
     }
 
     /// Prints the diagnosis and where it was written.
@@ -143,14 +201,17 @@ impl Diagnose {
         let fitted = self.runs.iter().filter(|path| !self.holdout.iter().any(|held| same_file(held, path)));
         refuse_twice(&fitted.chain(&self.holdout).collect::<Vec<_>>())?;
         // Further samples of a run cost time and tell little: a minute at 1 kHz is plenty.
-        let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), ..ReadOptions::default() };
+        let window = self.window.read()?;
+        let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), window, ..ReadOptions::default() };
+        let mapping = self.mapping.read()?;
+        let read = |path: &Path| self.recording(path, robot, mapping.as_ref(), &options);
         let mut held_out = Vec::new();
         for path in &self.holdout {
-            held_out.push(self.common.recording(path, robot, &options)?);
+            held_out.push(read(path)?);
         }
         let mut runs = Vec::new();
         for path in self.runs.iter().filter(|path| !self.holdout.iter().any(|held| same_file(held, path))) {
-            runs.push(self.common.recording(path, robot, &options)?);
+            runs.push(read(path)?);
         }
         if held_out.is_empty() {
             (runs, held_out) = hold_out_last(runs);
@@ -173,6 +234,26 @@ impl Diagnose {
         say(&format!("fitting on {}; judging on {}", names(&runs), names(&held_out)));
         let recordings = |loaded: Vec<Loaded>| loaded.into_iter().map(|l| l.recording).collect();
         Ok((recordings(runs), recordings(held_out)))
+    }
+
+    /// Reads a recording, or what a mapping makes one. A log of BAM says itself what its columns are.
+    fn recording(
+        &self,
+        path: &Path,
+        robot: &Robot,
+        mapping: Option<&Mapping>,
+        options: &ReadOptions,
+    ) -> Result<Loaded, Report> {
+        let ends_with = |end: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(end));
+        let own = Mapping::default();
+        match mapping.or(ends_with("json").then_some(&own)) {
+            Some(mapping) if !ends_with("mcap") => {
+                let loaded = import::read(path, mapping, options)?.loaded;
+                check_rig(&loaded, robot)?;
+                Ok(loaded)
+            }
+            _ => self.common.recording(path, robot, options),
+        }
     }
 
     /// The robot file with the fitted numbers of a model and its effects.
@@ -325,7 +406,7 @@ mod tests {
         Loaded {
             recording: Recording { path: path.into(), ..Recording::default() },
             metadata: Metadata { excitation: excitation.map(String::from), ..Metadata::default() },
-            kept: Kept { rows: 0, kept: 0, stride: 1 },
+            kept: Kept { rows: 0, kept: 0, stride: 1, outside: 0 },
             notes: Vec::new(),
         }
     }

@@ -10,6 +10,7 @@ mod diagnose;
 mod export;
 mod hil;
 mod identify;
+mod import;
 mod on_chip;
 mod pair;
 mod replay;
@@ -18,6 +19,7 @@ mod settings;
 mod sim;
 mod sweep;
 mod table;
+mod then_run;
 mod walk;
 
 use std::path::{Path, PathBuf};
@@ -52,6 +54,7 @@ enum Sub {
     Calibrate(calibrate::Calibrate),
     Console(console::Console),
     Diagnose(diagnose::Diagnose),
+    Import(import::Import),
     Completions(completions::Completions),
     Replay(replay::Replay),
     Sweep(sweep::Sweep),
@@ -114,6 +117,7 @@ pub fn run() -> ExitCode {
             Err(failure) => Err(failure),
         },
         Sub::Diagnose(command) => command.run(),
+        Sub::Import(command) => command.run(),
         Sub::Completions(command) => command.run(),
         Sub::Replay(command) => command.run(),
         Sub::Sweep(command) => command.run(),

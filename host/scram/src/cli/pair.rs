@@ -1,6 +1,6 @@
 //! `scram pair`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
@@ -21,6 +21,11 @@ pub struct KeysFile {
 }
 
 impl KeysFile {
+    /// The file that was named.
+    pub fn given(&self) -> Option<&Path> {
+        self.keys.as_deref()
+    }
+
     fn path(&self) -> Result<PathBuf, Report> {
         match &self.keys {
             Some(path) => Ok(path.clone()),

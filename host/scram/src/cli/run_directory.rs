@@ -78,6 +78,15 @@ pub const DESIGNED: Series = Series {
     are: "the proposal of another run",
 };
 
+/// Recordings that `scram import` made. They are called as their sources: the command itself looks for older ones.
+pub const IMPORTED: Series = Series {
+    numbered: "out/import-NNNN",
+    prefix: "import-",
+    latest: "latest-import",
+    kept: &[],
+    are: "another import's recording",
+};
+
 /// A directory that is this run's while this lives.
 pub struct RunDirectory {
     path: PathBuf,
