@@ -12,12 +12,71 @@ pub struct BridgeDrop {
     pub drop_v: f64,
     /// Rise of the drop with current, Ω.
     pub slope_ohm: f64,
+    /// More while it switches, in proportion to its supply, V/V.
+    pub of_supply: f64,
+    /// Taken from every pulse that the command asks for, whichever way the current flows, V: duty times this on average.
+    pub of_pulses_v: f64,
+}
+
+impl BridgeDrop {
+    /// Share of the supply that is lost against the current at a duty: at full duty, and at none, nothing switches.
+    #[inline]
+    #[must_use]
+    pub fn of_switched(&self, duty: f64) -> f64 {
+        if duty == 0.0 || duty.abs() >= 1.0 { 0.0 } else { self.of_supply }
+    }
+}
+
+/// Torque against the motion that grows faster than the speed.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Drag {
+    /// Of ω·|ω|, N·m·s²/rad².
+    pub quadratic: f64,
+    /// Of ω³, N·m·s³/rad³.
+    pub cubic: f64,
+}
+
+impl Drag {
+    /// Torque against the motion at a speed (rad/s), N·m, and its slope, N·m·s/rad.
+    #[inline]
+    #[must_use]
+    pub fn torque(&self, speed: f64) -> (f64, f64) {
+        let (linear, square) = (self.quadratic * speed.abs(), self.cubic * speed * speed);
+        ((linear + square) * speed, 2.0 * linear + 3.0 * square)
+    }
+}
+
+/// A load that turns on a spring behind the motor, with or without play.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// Half of the free play, rad.
+    pub half_gap: f64,
+    /// Of the spring beyond the play, N·m/rad.
+    pub stiffness: f64,
+    /// Of the spring's damping to the critical one, 1.
+    pub damping_ratio: f64,
+    /// Share of the whole inertia that lies behind the spring, 0 … 1.
+    pub load_share: f64,
+}
+
+impl Coupling {
+    /// Two in a row: plays add up, springs give way one after the other; the load is behind the first.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            half_gap: self.half_gap + other.half_gap,
+            stiffness: 1.0 / (1.0 / self.stiffness + 1.0 / other.stiffness),
+            damping_ratio: self.damping_ratio.max(other.damping_ratio),
+            load_share: self.load_share,
+        }
+    }
 }
 
 /// An effect: its parameters, SI units and radians, as a value.
 ///
 /// Every place of the chain where a law may act is a method with a neutral default; an effect implements those where it
-/// acts. Where several effects act in one place they add up, or follow one another in the order of the catalogue.
+/// acts. Where several effects act in one place they add up, or follow one another in the order of the catalogue. An
+/// effect is asked only in the part of the chain that its [`Spec::acts`] names, so that it costs nothing elsewhere.
 pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
     /// What it carries from step to step; `()` for nothing.
     type State: Copy + Debug + PartialEq + Default + 'static;
@@ -61,6 +120,12 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
         0.0
     }
 
+    /// Whether what it carries is still there after a hole in a recording; else it is as at the start of a run.
+    #[must_use]
+    fn lasts(&self) -> bool {
+        false
+    }
+
     // On the way from the command to the shaft.
 
     /// The duty that arrives, −1 … 1, of one that is commanded.
@@ -68,6 +133,13 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
     #[must_use]
     fn duty(&self, duty: f64) -> f64 {
         duty
+    }
+
+    /// By how much the command arrives late, s.
+    #[inline]
+    #[must_use]
+    fn command_age(&self) -> f64 {
+        0.0
     }
 
     /// Voltage that the bridge takes.
@@ -97,11 +169,55 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
 
     // On the shaft.
 
-    /// Level at which friction slides, N·m, at a speed (rad/s) with a torque (N·m) through the teeth.
+    /// Level at which friction slides, N·m, at an angle (rad) and a speed (rad/s) with a torque (N·m) through the teeth.
     #[inline]
     #[must_use]
-    fn friction_level(&self, _speed: f64, _transmitted_nm: f64) -> f64 {
+    fn friction_level(&self, _angle: f64, _speed: f64, _transmitted_nm: f64) -> f64 {
         0.0
+    }
+
+    /// By how much friction slides higher counter-clockwise than its level, and lower clockwise, N·m.
+    #[inline]
+    #[must_use]
+    fn friction_lean(&self) -> f64 {
+        0.0
+    }
+
+    /// Torque against the motion that grows faster than the speed.
+    #[inline]
+    #[must_use]
+    fn drag(&self) -> Drag {
+        Drag::default()
+    }
+
+    /// The spring behind which the load turns; `None` for a rigid shaft.
+    #[must_use]
+    fn coupling(&self) -> Option<Coupling> {
+        None
+    }
+
+    /// Whether what turns into heat changes it: [`Self::warm`] does something.
+    #[must_use]
+    fn warms(&self) -> bool {
+        false
+    }
+
+    /// Advances its warmth, by mean losses (W) in the winding and by friction over a time (s).
+    #[inline]
+    fn warm(&self, _state: &mut Self::State, _winding_w: f64, _friction_w: f64, _time: f64) {}
+
+    /// Factor on the winding's resistance.
+    #[inline]
+    #[must_use]
+    fn resistance_factor(&self, _state: &Self::State) -> f64 {
+        1.0
+    }
+
+    /// Factor on the viscous damping.
+    #[inline]
+    #[must_use]
+    fn viscous_factor(&self, _state: &Self::State) -> f64 {
+        1.0
     }
 
     /// Presliding length of the bristle that carries its friction, rad; `None` for an effect without friction.
@@ -133,6 +249,44 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
     fn reading_age(&self) -> f64 {
         0.0
     }
+
+    /// By how much the age of the reading grows in a second of the run, s/s.
+    #[inline]
+    #[must_use]
+    fn ageing(&self) -> f64 {
+        0.0
+    }
+
+    /// Chance that a reading repeats the one before it, 0 … 1.
+    #[inline]
+    #[must_use]
+    fn held(&self) -> f64 {
+        0.0
+    }
+
+    /// Whether the reading follows the shaft with a memory: [`Self::follow`] does something.
+    #[must_use]
+    fn follows(&self) -> bool {
+        false
+    }
+
+    /// How far what is read moves on (rad) where what it follows has moved by `moved` (rad) within a step (s), evenly.
+    #[inline]
+    #[must_use]
+    fn follow(&self, _state: &mut Self::State, moved: f64, _step: f64) -> f64 {
+        moved
+    }
+
+    /// How far it is behind, rad.
+    #[inline]
+    #[must_use]
+    fn behind(&self, _state: &Self::State) -> f64 {
+        0.0
+    }
+
+    /// Puts it to where it ends up behind a shaft that turns at a speed (rad/s), `dragging` (−1 … 1) of which say how
+    /// surely it has turned that way.
+    fn settle(&self, _state: &mut Self::State, _speed: f64, _dragging: f64) {}
 
     // At the feet and in the ground.
 

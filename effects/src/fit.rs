@@ -10,7 +10,7 @@ pub enum Scale {
 }
 
 /// A number of an effect that a fit moves, SI units and radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FitNumber {
     /// Effects that share a number (one bristle carries all friction) give it the same name, and a fit moves it once.
     pub name: &'static str,
@@ -19,8 +19,8 @@ pub struct FitNumber {
     /// How it is moved.
     pub scale: Scale,
     /// Where fits begin that do not know it, one after the other.
-    pub starts: [f64; 2],
-    /// Least value that a fit tries.
+    pub starts: Vec<f64>,
+    /// Least value that a fit tries. Of a linear number that may be 0, the effect is absent at 0; of any other it is a shape.
     pub low: f64,
     /// Greatest value that a fit tries.
     pub high: f64,
@@ -34,20 +34,20 @@ impl FitNumber {
     /// A number moved in units of `unit` between bounds, from one start.
     #[must_use]
     pub fn linear(name: &'static str, words: &'static str, unit: f64, start: f64, [low, high]: [f64; 2]) -> Self {
-        let (scale, starts) = (Scale::Linear(unit), [start; 2]);
+        let (scale, starts) = (Scale::Linear(unit), vec![start]);
         Self { name, words, scale, starts, low, high, prior: f64::INFINITY, step: None }
     }
 
     /// A positive number moved by ratios between bounds, from two starts, with a prior of so many factors e about each.
     #[must_use]
     pub fn log(name: &'static str, words: &'static str, starts: [f64; 2], [low, high]: [f64; 2], prior: f64) -> Self {
-        Self { name, words, scale: Scale::Log, starts, low, high, prior, step: None }
+        Self { name, words, scale: Scale::Log, starts: starts.to_vec(), low, high, prior, step: None }
     }
 
-    /// Whether a second start is worth a fit of its own.
+    /// How many starts are worth a fit of their own.
     #[must_use]
-    pub fn has_two_starts(&self) -> bool {
-        self.starts[0] != self.starts[1]
+    pub fn count_of_starts(&self) -> usize {
+        if self.starts.iter().all(|start| *start == self.starts[0]) { 1 } else { self.starts.len() }
     }
 }
 
@@ -60,4 +60,10 @@ pub struct Sizes {
     pub rail_v: f64,
     /// Winding resistance, Ω.
     pub resistance_ohm: f64,
+    /// Inertia of rotor and load, kg·m².
+    pub inertia_kg_m2: f64,
+    /// Speed without load, rad/s.
+    pub free_speed: f64,
+    /// Turns of the rotor a turn of the shaft.
+    pub gear_ratio: f64,
 }

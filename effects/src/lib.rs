@@ -12,7 +12,7 @@
 //! // A law in SI units and radians, at work:
 //! let friction = CoulombFriction { torque_nm: 2e-3, presliding_rad: 3e-3 };
 //! let laws = Laws { coulomb_friction: Some(friction), ..Laws::NONE };
-//! assert_eq!(laws.friction_level(10.0, 0.0), 2e-3);
+//! assert_eq!(laws.friction_level(0.0, 10.0, 0.0), 2e-3);
 //!
 //! // What is known about it, by its name in the robot file:
 //! let id = Id::of("coulomb_friction").unwrap();
@@ -28,7 +28,7 @@ mod reference;
 mod spec;
 
 pub use catalogue::*;
-pub use effect::{BridgeDrop, Effect};
+pub use effect::{BridgeDrop, Coupling, Drag, Effect};
 pub use fit::{FitNumber, Scale, Sizes};
 pub use reference::markdown;
 pub use spec::{Acts, Confusion, Coordinate, Parameter, Spec};

@@ -26,11 +26,15 @@ fn write_effect(text: &mut String, id: Id) {
     if !spec.acts.on_the_ground() {
         let _ = writeln!(text, "* Its misfit shows in `{}`.", spec.shows_in.name());
     }
+    if !spec.acts.on_the_ground() && !spec.candidate {
+        let _ =
+            writeln!(text, "* The diagnosis tries it where the file lacks it only if asked to: `--try {}`.", spec.name);
+    }
     for contained in spec.contains {
         let _ = writeln!(text, "* It contains `{contained}` and takes its place.");
     }
     for outside in spec.resembles {
-        let _ = writeln!(text, "* It explains a part of `{outside}`, which is outside the catalogue.");
+        let _ = writeln!(text, "* It explains a part of `{outside}`, which the diagnosis does not try.");
     }
     text.push_str("\n| key | allowed | meaning |\n|---|---|---|\n");
     for parameter in spec.parameters {

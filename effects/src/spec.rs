@@ -21,11 +21,14 @@ pub struct Spec {
     pub acts: Acts,
     /// The coordinate in which its misfit shows most.
     pub shows_in: Coordinate,
+    /// Whether the diagnosis of a shaft tries it where the file lacks it, without being asked to. One that is in the file is
+    /// part of its model either way.
+    pub candidate: bool,
     /// Effects that it contains as a special case: they are not listed beside it, and it takes their place.
     pub contains: &'static [&'static str],
     /// Effects that recordings may not tell from it, and the experiment that does.
     pub mistaken_for: &'static [Confusion],
-    /// Effects outside the catalogue that it explains in part.
+    /// Effects that the diagnosis does not try and that it explains in part.
     pub resembles: &'static [&'static str],
     /// The experiment that shows it best, where no pair of [`Self::mistaken_for`] decides.
     pub experiment: Option<&'static str>,

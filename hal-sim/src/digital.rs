@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use effects::Laws;
+use effects::{Laws, States};
 use robot_file::angle_code::AngleScale;
 
 use crate::random::Stream;
@@ -17,13 +17,29 @@ pub struct Digital {
     /// Noise, standard deviation, rad.
     pub noise: f64,
     stream: Stream,
+    /// What is read follows the shaft with a memory.
+    follows: bool,
+    states: States,
+    /// Where the shaft stands, rad, not wrapped.
+    shaft: f64,
 }
 
 impl Digital {
-    /// A sensor whose scale covers the turn.
+    /// A sensor whose scale covers the turn, on a shaft at an angle (rad).
     #[must_use]
-    pub fn new(scale: AngleScale, laws: Laws, noise: f64, stream: Stream) -> Self {
-        Self { scale, laws, noise, stream }
+    pub fn new(scale: AngleScale, laws: Laws, noise: f64, shaft: f64, stream: Stream) -> Self {
+        Self { scale, laws, noise, stream, follows: laws.follows(), states: States::default(), shaft }
+    }
+
+    /// Moves the shaft (rad) within a step (s) and returns the angle that is read, rad.
+    #[inline]
+    pub fn step(&mut self, shaft_angle: f64, step: f64) -> f64 {
+        if !self.follows {
+            return shaft_angle;
+        }
+        self.laws.follow(&mut self.states, shaft_angle - self.shaft, step);
+        self.shaft = shaft_angle;
+        shaft_angle - self.laws.behind(&self.states)
     }
 
     /// Code at an angle, rad.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use effects::Laws;
+use effects::{Laws, States};
 use robot_file::angle_code::Track;
 use robot_file::robot::InGap;
 
@@ -26,6 +26,9 @@ pub struct Potentiometer {
     pub in_gap: InGap,
     /// Angle at which the wiper stands, rad, not wrapped.
     wiper: f64,
+    /// What is read follows the wiper with a memory.
+    follows: bool,
+    states: States,
     floating: bool,
     held_v: f64,
     drift_v_per_s: f64,
@@ -41,10 +44,22 @@ impl Potentiometer {
         let drift_v_per_s = DRIFT_V_PER_S * gap.normal();
         let floating = track.in_gap(shaft_angle);
         let half_play = 0.5 * hysteresis;
-        Self { track, laws, half_play, in_gap, wiper: shaft_angle, floating, held_v, drift_v_per_s, gap }
+        Self {
+            track,
+            laws,
+            half_play,
+            in_gap,
+            wiper: shaft_angle,
+            follows: laws.follows(),
+            states: States::default(),
+            floating,
+            held_v,
+            drift_v_per_s,
+            gap,
+        }
     }
 
-    /// Moves the shaft (rad) within a step (s) and returns the wiper's angle, rad. `cut` is a broken wiper lead.
+    /// Moves the shaft (rad) within a step (s) and returns the angle that is read, rad: the wiper's, or what follows it. `cut` is a broken wiper lead.
     #[inline]
     pub fn step(&mut self, shaft_angle: f64, step: f64, cut: bool) -> f64 {
         let before = self.wiper;
@@ -59,7 +74,11 @@ impl Potentiometer {
             self.held_v = (self.held_v + self.drift_v_per_s * step).clamp(0.0, self.track.supply_v);
         }
         self.floating = floating;
-        self.wiper
+        if !self.follows {
+            return self.wiper;
+        }
+        self.laws.follow(&mut self.states, self.wiper - before, step);
+        self.wiper - self.laws.behind(&self.states)
     }
 
     /// Where the wiper stands, rad.

@@ -66,6 +66,10 @@ pub enum Source {
     SecondConverter,
     /// A bad contact of the second sensor's wiper.
     SecondBadContact,
+    /// Which readings repeat the one before.
+    HeldReadings,
+    /// The same of the second sensor.
+    SecondHeldReadings,
 }
 
 /// One stream of random numbers.

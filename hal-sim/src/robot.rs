@@ -1,5 +1,6 @@
 //! The simulated robot: every part of the world around the firmware, one control period at a time.
 
+use std::collections::VecDeque;
 use std::f64::consts::PI;
 
 use control::{Actuation, AdcCode, Sample};
@@ -17,8 +18,8 @@ use crate::plant::Plant;
 use crate::potentiometer::Potentiometer;
 use crate::random::{Source, Stream};
 use crate::second_sensor::{SecondSensor, Timing, voltage};
-use crate::shaft::{ShaftState, StepMeans, Stepper, Terminals};
-use crate::supply::Supply;
+use crate::shaft::{Shaft, ShaftState, StepMeans, Stepper, Terminals};
+use crate::supply::{Cell, Supply};
 
 /// Meaning of `Sample::time_us`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -106,12 +107,16 @@ pub struct SimulatedRobot {
     steps_per_tick: usize,
     tick_s: f64,
     driver: Driver,
+    /// The command on its way to the bridge, where it takes a while.
+    late: Option<Late>,
     supply: Supply,
+    /// What heat changes, where there is such an effect.
+    warmth: Option<Warmth>,
     state: ShaftState,
-    means: StepMeans,
     sensor: AngleSensor,
     second: Option<Box<SecondSensor>>,
-    delay_s: f64,
+    age: Age,
+    holding: Option<Holding>,
     sample_time: SampleTime,
     history: History,
     battery: Option<BatteryReading>,
@@ -120,6 +125,101 @@ pub struct SimulatedRobot {
     last_code: u16,
     energy_j: f64,
     tick: u64,
+}
+
+/// How old a reading is.
+#[derive(Clone, Copy, Debug)]
+struct Age {
+    at_start_s: f64,
+    /// Seconds a second.
+    ageing: f64,
+}
+
+/// A reading that ages goes back no farther than this beyond its age at the start, s.
+const MOST_AGED_S: f64 = 1.0;
+
+impl Age {
+    /// At a time of the run, s. What comes as it is read is never of the future.
+    fn at(&self, time_s: f64) -> f64 {
+        (self.at_start_s + (self.ageing * time_s).min(MOST_AGED_S)).max(0.0)
+    }
+
+    fn most_s(&self) -> f64 {
+        self.at_start_s + if self.ageing > 0.0 { MOST_AGED_S } else { 0.0 }
+    }
+}
+
+/// Which readings repeat the one before.
+#[derive(Clone, Debug)]
+pub(crate) struct Holding {
+    share: f64,
+    stream: Stream,
+}
+
+impl Holding {
+    fn new(share: f64, seed: u64, source: Source) -> Option<Self> {
+        (share > 0.0).then(|| Self { share, stream: Stream::new(seed, source) })
+    }
+
+    pub(crate) fn holds(&mut self) -> bool {
+        self.stream.uniform(0.0, 1.0) < self.share
+    }
+}
+
+/// The shaft as cold as the file's, and what the winding and friction have turned into heat in this control period, J.
+#[derive(Clone, Copy, Debug)]
+struct Warmth {
+    cold: Shaft,
+    heat_j: [f64; 2],
+}
+
+/// The duties of past control periods, for a bridge that follows late.
+#[derive(Clone, Debug)]
+struct Late {
+    /// By this many integration steps.
+    steps: f64,
+    steps_per_tick: f64,
+    /// Newest first; `None`: every switch is off.
+    duties: VecDeque<Option<f64>>,
+    /// Steps taken in this period.
+    taken: f64,
+}
+
+impl Late {
+    /// A bridge that was open before.
+    fn new(latency_s: f64, tick_s: f64, steps_per_tick: usize) -> Option<Self> {
+        let ticks = latency_s / tick_s;
+        let duties = VecDeque::from(vec![None; ticks.ceil() as usize + 1]);
+        let per_tick = steps_per_tick as f64;
+        (latency_s > 0.0).then_some(Self { steps: ticks * per_tick, steps_per_tick: per_tick, duties, taken: 0.0 })
+    }
+
+    fn push(&mut self, duty: Option<f64>) {
+        self.duties.pop_back();
+        self.duties.push_front(duty);
+        self.taken = 0.0;
+    }
+
+    /// The duty that arrives over the next step: where two periods meet in it, their mean; of an open bridge and one that
+    /// drives, what holds longer.
+    fn next(&mut self) -> Option<f64> {
+        let from = self.taken - self.steps;
+        self.taken += 1.0;
+        let period = |at: f64| self.duties[(-(at / self.steps_per_tick).floor()).max(0.0) as usize];
+        // Rounding must not make a sliver of a period of a step that lies on its edge.
+        let (first, last) = (period(from + 1e-6), period(from + 1.0 - 1e-6));
+        let share = (from + 1.0).rem_euclid(self.steps_per_tick).min(1.0);
+        match (first, last) {
+            (Some(first), Some(last)) => Some(first + (last - first) * share),
+            _ => {
+                if share < 0.5 {
+                    first
+                } else {
+                    last
+                }
+            }
+        }
+    }
 }
 
 /// What holds during a control period.
@@ -163,25 +263,29 @@ impl SimulatedRobot {
         let charge = settings.charge.unwrap_or_else(|| Stream::new(seed, Source::Charge).uniform(0.5, 1.0));
         let Plant { driver, supply, shaft, .. } = Plant::new(robot, charge);
         let sensor = AngleSensor::new(robot, specimen_laws(robot, seed, settings), seed, settings, angle);
-        let delay_s = shaft.laws.reading_age();
-        let reach = (delay_s + sensor.reach_s()) / step;
+        let age = Age { at_start_s: shaft.laws.reading_age(), ageing: shaft.laws.ageing() };
+        let holding = |source| Holding::new(shaft.laws.held(), seed, source);
+        let reach = (age.most_s() + sensor.reach_s()) / step;
         let second = match &robot.sensor {
             Sensor::Potentiometer(file) => {
-                SecondSensor::new(file, &robot.effects, seed, angle, Timing { delay_s, step_s: step })
+                let timing = Timing { delay_s: age.most_s(), step_s: step };
+                SecondSensor::new(file, &robot.effects, seed, angle, timing, holding(Source::SecondHeldReadings))
             }
             Sensor::Ideal | Sensor::Encoder(_) => None,
         };
         let mut simulated = Self {
+            late: Late::new(shaft.laws.command_age(), tick_s, steps_per_tick),
+            warmth: shaft.laws.warms().then_some(Warmth { cold: shaft, heat_j: [0.0; 2] }),
             stepper: shaft.stepper(step),
             steps_per_tick,
             tick_s,
             driver,
             supply,
             state: ShaftState { angle, ..ShaftState::default() },
-            means: StepMeans::default(),
             sensor,
             second: second.map(Box::new),
-            delay_s,
+            age,
+            holding: holding(Source::HeldReadings),
             sample_time: settings.sample_time,
             history: History::new(angle, reach.ceil() as usize + 1),
             battery: BatteryReading::new(robot, seed),
@@ -206,10 +310,11 @@ impl SimulatedRobot {
         }
         let (code, middle) = self.convert_angle();
         let [first, other] = self.faults.lines;
-        if first.line != Some(Line::Frozen) {
+        let held = self.holding.as_mut().is_some_and(Holding::holds);
+        if first.line != Some(Line::Frozen) && !held {
             self.last_code = code;
         }
-        let timing = Timing { delay_s: self.delay_s, step_s: self.stepper.step() };
+        let timing = Timing { delay_s: self.age.at(self.time_s()), step_s: self.stepper.step() };
         let second = self.second.as_mut().map(|second| AdcCode(second.code(&other, middle, timing)));
         let late_s = match self.sample_time {
             SampleTime::Conversions => middle,
@@ -240,36 +345,51 @@ impl SimulatedRobot {
         }
         let laws = &self.stepper.shaft().laws;
         let duty = self.driver.effective(actuation).map(|duty| laws.duty(duty));
+        if let Some(late) = &mut self.late {
+            late.push(duty);
+        }
+        Period { duty: self.at_motor(duty), cut: self.faults.lines[0].is_cut() }
+    }
+
+    /// The duty that a motor gets whose leads may be broken or swapped.
+    fn at_motor(&self, duty: Option<f64>) -> Option<f64> {
         let duty = duty.map(|duty| if self.faults.reversed { -duty } else { duty });
-        Period { duty: if self.faults.motor_open { None } else { duty }, cut: self.faults.lines[0].is_cut() }
+        if self.faults.motor_open { None } else { duty }
     }
 
     /// One integration step under a torque (N·m) on the output shaft from outside; how the shaft turned in it.
     pub(crate) fn step(&mut self, period: Period, torque: f64) -> ShaftMotion {
         let step = self.stepper.step();
         let before = self.state;
-        let terminals = match period.duty {
+        let arrived = self.late.as_mut().map(Late::next);
+        let duty = arrived.map_or(period.duty, |duty| self.at_motor(duty));
+        let terminals = match duty {
             Some(duty) => {
-                let rail = self.supply.drive(self.stepper.shaft(), duty, self.state.speed);
-                Terminals::Driven { voltage: duty * rail }
+                let speed = self.stepper.motor_speed(&self.state);
+                let rail = self.supply.drive(self.stepper.shaft(), duty, speed);
+                self.stepper.terminals(duty, rail)
             }
             None => {
                 self.supply.idle(&self.stepper.shaft().laws);
                 Terminals::Open
             }
         };
-        self.means = if self.faults.stalled {
+        let means = if self.faults.stalled {
             self.blocked(terminals)
         } else {
             self.stepper.advance_under(&mut self.state, terminals, torque)
         };
-        if let Some(duty) = period.duty {
-            self.supply.book(duty * self.means.current, step);
-            self.energy_j += duty * self.means.current * self.supply.bridge_v() * step;
+        if let Some(warmth) = &mut self.warmth {
+            warmth.heat_j[0] += self.stepper.shaft().resistance_ohm * means.current * means.current * step;
+            warmth.heat_j[1] += means.rubbing_w * step;
+        }
+        if let Some(duty) = duty {
+            self.supply.book(duty * means.current, step);
+            self.energy_j += duty * means.current * self.supply.bridge_v() * step;
         }
         let seen = match &mut self.sensor {
             AngleSensor::Analogue(parts) => parts.0.step(self.state.angle, step, period.cut),
-            AngleSensor::Digital(_) => self.state.angle,
+            AngleSensor::Digital(digital) => digital.step(self.state.angle, step),
         };
         self.history.push(seen);
         if let Some(second) = &mut self.second {
@@ -277,7 +397,7 @@ impl SimulatedRobot {
         }
         ShaftMotion {
             angle: 0.5 * (before.angle + self.state.angle),
-            speed: self.means.speed,
+            speed: means.speed,
             acceleration: (self.state.speed - before.speed) / step,
         }
     }
@@ -285,6 +405,12 @@ impl SimulatedRobot {
     /// Ends a control period.
     pub(crate) fn end_period(&mut self) {
         self.supply.end_period(&self.stepper.shaft().laws, self.tick_s);
+        if let Some(Warmth { cold, heat_j }) = &mut self.warmth {
+            let [winding, friction] = heat_j.map(|heat| heat / self.tick_s);
+            *heat_j = [0.0; 2];
+            cold.laws.warm(&mut self.supply.states, winding, friction, self.tick_s);
+            self.stepper = cold.warmed(&self.supply.states).stepper(self.stepper.step());
+        }
         self.faults.advance(self.tick_s);
         self.tick += 1;
     }
@@ -309,7 +435,8 @@ impl SimulatedRobot {
             angle: self.state.angle,
             speed: self.state.speed,
             current: self.state.current,
-            terminal_v: shaft.torque_constant * self.state.speed + shaft.resistance_ohm * self.state.current,
+            terminal_v: shaft.torque_constant * self.stepper.motor_speed(&self.state)
+                + shaft.resistance_ohm * self.state.current,
             bridge_supply_v: self.supply.bridge_v(),
             battery_v: self.supply.cell.as_ref().map_or(self.supply.bridge_v(), |cell| cell.voltage()),
             in_gap: match &self.sensor {
@@ -351,7 +478,7 @@ impl SimulatedRobot {
     /// State of charge of the cell, 0 … 1.
     #[must_use]
     pub fn charge(&self) -> Option<f64> {
-        self.supply.cell.as_ref().map(|cell| cell.charge)
+        self.supply.cell.as_ref().map(Cell::charge)
     }
 
     /// What the wiper shows in its gap, with a potentiometer.
@@ -384,17 +511,18 @@ impl SimulatedRobot {
             self.supply.rail_v = rail_v;
         }
         if let Some(cell) = &mut self.supply.cell {
-            cell.forced_v = self.faults.open_circuit_v;
+            cell.force(self.faults.open_circuit_v);
         }
     }
 
     /// A step of a shaft that cannot move: the winding settles within it.
     fn blocked(&mut self, terminals: Terminals) -> StepMeans {
         let current = match terminals {
-            Terminals::Driven { voltage } => self.stepper.shaft().settled_current(voltage, 0.0).0,
+            Terminals::Driven { voltage } => self.stepper.shaft().settled_current(voltage, 0.0, 0.0).0,
+            Terminals::Switched { voltage, drop_v } => self.stepper.shaft().settled_current(voltage, 0.0, drop_v).0,
             Terminals::Open => 0.0,
         };
-        self.state.speed = 0.0;
+        (self.state.speed, self.state.twist_rate) = (0.0, 0.0);
         self.state.current = current;
         StepMeans { current, ..StepMeans::default() }
     }
@@ -402,7 +530,7 @@ impl SimulatedRobot {
     /// The code, and the middle of its conversions against the tick, s.
     fn convert_angle(&mut self) -> (u16, f64) {
         let fault = self.faults.lines[0];
-        let (delay, history, step) = (self.delay_s, &self.history, self.stepper.step());
+        let (delay, history, step) = (self.age.at(self.time_s()), &self.history, self.stepper.step());
         let (factor, offset) = fault.disturbance(&mut self.bad_contact);
         match &mut self.sensor {
             AngleSensor::Digital(digital) => {
@@ -442,10 +570,10 @@ impl AngleSensor {
         let scale = angle_scale(&robot.sensor);
         let encoder_noise = Stream::new(seed, Source::Encoder);
         match &robot.sensor {
-            Sensor::Ideal => Self::Digital(Box::new(Digital::new(scale, laws, 0.0, encoder_noise))),
+            Sensor::Ideal => Self::Digital(Box::new(Digital::new(scale, laws, 0.0, angle, encoder_noise))),
             Sensor::Encoder(encoder) => {
                 let noise = encoder.noise_deg.value.to_radians();
-                Self::Digital(Box::new(Digital::new(scale, laws, noise, encoder_noise)))
+                Self::Digital(Box::new(Digital::new(scale, laws, noise, angle, encoder_noise)))
             }
             Sensor::Potentiometer(file) => {
                 let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];

@@ -11,6 +11,7 @@ use crate::history::History;
 use crate::linearity;
 use crate::potentiometer::Potentiometer;
 use crate::random::{Source, Stream};
+use crate::robot::Holding;
 
 /// Potentiometer and converter with what they remember.
 #[derive(Clone, Debug)]
@@ -24,6 +25,7 @@ pub(crate) struct SecondSensor {
     history: History,
     bad_contact: Stream,
     last_code: u16,
+    holding: Option<Holding>,
 }
 
 /// The end of a robot's sampling that it needs: the sensors' delay and the step, s.
@@ -36,7 +38,14 @@ pub(crate) struct Timing {
 impl SecondSensor {
     /// The second sensor of a file at a shaft angle (rad): mounted somewhere within the range of its offset, its linearity
     /// error drawn from the ranges (what an identification has found is the first one's).
-    pub fn new(first: &File, effects: &Effects, seed: u64, shaft_angle: f64, timing: Timing) -> Option<Self> {
+    pub fn new(
+        first: &File,
+        effects: &Effects,
+        seed: u64,
+        shaft_angle: f64,
+        timing: Timing,
+        holding: Option<Holding>,
+    ) -> Option<Self> {
         let file = first.second_resolved()?;
         let offset = &first.second.as_ref()?.offset_deg;
         let mounting = Stream::new(seed, Source::SecondMounting).uniform(offset.low, offset.high).to_radians();
@@ -58,7 +67,7 @@ impl SecondSensor {
         let reach = (timing.delay_s + adc.reach_s()) / timing.step_s;
         let history = History::new(shaft_angle - mounting, reach.ceil() as usize + 1);
         let bad_contact = Stream::new(seed, Source::SecondBadContact);
-        let mut sensor = Self { potentiometer, adc, mounting, after_s, history, bad_contact, last_code: 0 };
+        let mut sensor = Self { potentiometer, adc, mounting, after_s, history, bad_contact, last_code: 0, holding };
         // What a sensor frozen from the start repeats.
         sensor.last_code = sensor.convert(&LineFault::default(), 0.0, timing);
         Some(sensor)
@@ -73,7 +82,8 @@ impl SecondSensor {
     /// The code of a tick whose first sensor was converted about `middle` (s against the tick).
     pub fn code(&mut self, fault: &LineFault, middle: f64, timing: Timing) -> u16 {
         let code = self.convert(fault, middle, timing);
-        if fault.line != Some(Line::Frozen) {
+        let held = self.holding.as_mut().is_some_and(Holding::holds);
+        if fault.line != Some(Line::Frozen) && !held {
             self.last_code = code;
         }
         self.last_code

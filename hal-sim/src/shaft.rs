@@ -11,7 +11,12 @@
 //!   `J dω/dt = K i − b ω − g(ω, load)·s + τ_e(θ) + τ`.
 //! * Friction: Dahl's bristle (P. R. Dahl, "A solid friction model", 1968) in normalised form,
 //!   `ds/dt = (ω/δ)(1 − s·sign ω)`, `|s| ≤ 1`, with `g` the level it slides at and `δ` the presliding length. One bristle
-//!   carries all friction.
+//!   carries all friction. Where it slides higher one way than the other, `g·s` is `g·s + l·s²`: `g ± l` at the ends, and
+//!   no jump between them.
+//! * Drag beyond the viscous one, `c₂ ω|ω| + c₃ ω³`, by its tangent at the start of the step.
+//! * A load behind a spring with play ([`effects::Coupling`]): angle and speed are the load's, where the sensor sits, and
+//!   the motor is a twist ahead. Friction, damping and drag act on the motor, the torques `τ_e` and `τ` on the load.
+//!   See `Stepper::advance_coupled`.
 //!
 //! The laws of friction, of the bridge's drop and of torques are the effects' ([`effects::Laws`]).
 //!
@@ -21,7 +26,7 @@
 //! is below 1e-5. The bristle costs one Newton correction in an ordinary step; only a reversal that jumps over the
 //! bristle's whole length within a step takes more.
 
-use effects::Laws;
+use effects::{BridgeDrop, Coupling, Drag, Laws, States};
 
 /// What the bridge does to the winding during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +35,13 @@ pub enum Terminals {
     Driven {
         /// duty × supply, V.
         voltage: f64,
+    },
+    /// The same of a bridge that takes a part of its supply while it switches, beside its own drop.
+    Switched {
+        /// duty × supply, V.
+        voltage: f64,
+        /// Drop against the current beside the bridge's own, V.
+        drop_v: f64,
     },
     /// All switches off: the current dies within microseconds and the shaft coasts.
     Open,
@@ -63,6 +75,10 @@ pub struct ShaftState {
     pub current: f64,
     /// Normalised bristle deflection, −1 … 1.
     pub bristle: f64,
+    /// How far the motor is ahead of a load behind a spring, rad; 0 on a rigid shaft.
+    pub twist: f64,
+    /// How much faster the motor is, rad/s; 0 on a rigid shaft.
+    pub twist_rate: f64,
 }
 
 /// What happened during one step, for energy books and sensors.
@@ -76,17 +92,32 @@ pub struct StepMeans {
     pub friction_nm: f64,
     /// Mean torque of the effects that depend on the angle, gravity among them, N·m.
     pub effects_nm: f64,
+    /// Mean power that friction, damping and drag turn into heat, W.
+    pub rubbing_w: f64,
+    /// Mean torque from the motor to a load behind a spring, N·m; 0 on a rigid shaft.
+    pub coupling_nm: f64,
 }
 
 /// A shaft with the constants of one step length worked out.
 #[derive(Clone, Copy, Debug)]
 pub struct Stepper {
     shaft: Shaft,
-    step: f64,
+    /// What a call advances by, s.
+    whole_step: f64,
+    /// What the equations are solved over, s: the same, or a part of it for a load behind a spring.
+    part: f64,
+    /// Of what the motor turns by itself, kg·m².
+    inertia: f64,
+    coupled: Option<Coupled>,
     driven: Winding,
-    /// Of the bridge at zero current, V.
-    drop_v: f64,
+    bridge: BridgeDrop,
+    /// The bridge takes a part of its supply or of its pulses.
+    takes_of_supply: bool,
     has_friction: bool,
+    /// Friction slides this much higher counter-clockwise, and lower clockwise, N·m.
+    lean: f64,
+    /// None where there is none.
+    drag: Option<Drag>,
     /// δ, rad; one where there is no friction.
     presliding: f64,
     /// Reciprocal of the presliding length, 1/rad.
@@ -95,6 +126,39 @@ pub struct Stepper {
     conductance: f64,
     /// h²/(4 δ J), 1/(N·m): times a level of friction, (Ωh/2)² of the bristle's spring.
     stiffness: f64,
+}
+
+/// A load behind a spring, with the constants of one step length worked out.
+#[derive(Clone, Copy, Debug)]
+struct Coupled {
+    law: Coupling,
+    /// Parts that a step is cut into.
+    parts: usize,
+    /// Of the load, kg·m².
+    inertia: f64,
+    /// Of the spring, N·m·s/rad.
+    damping: f64,
+    /// Depth in the spring at which it is damped in full, rad; 0 without play.
+    damped_depth: f64,
+}
+
+/// The winding and the level of friction at the start of a step.
+#[derive(Clone, Copy, Debug)]
+struct Begun {
+    settled: f64,
+    slope: f64,
+    winding: Winding,
+    mean_at_start_speed: f64,
+    motor_at_start: f64,
+    level: f64,
+    /// Share of the step at which speed and friction count: ½ is the midpoint rule, 1 backward Euler.
+    implicit: f64,
+    motor_slope: f64,
+    /// Speed per torque, mean over the step, rad/s/(N·m).
+    scale: f64,
+    /// Damping and drag at the start, N·m, and their slope, N·m·s/rad.
+    resisting: f64,
+    damping: f64,
 }
 
 /// Response of the winding's current over one step to its excess over the settled current at the start, and to a
@@ -126,31 +190,105 @@ impl Winding {
     }
 }
 
+/// Natural frequency of a spring times the part of a step within which it is followed, rad.
+const FOLLOWED: f64 = 0.3;
+/// Most parts that a step is cut into. A spring that is stiffer still stays stable, and damped as it should.
+const MOST_PARTS: f64 = 64.0;
+/// Depth in the teeth at which they are damped in full, as a share of the half gap: at their first touch nothing jumps.
+const DAMPED_DEPTH: f64 = 0.1;
+
+impl Coupled {
+    fn new(law: Coupling, inertia: f64, step: f64) -> Self {
+        let load = law.load_share * inertia;
+        let reduced = load * (1.0 - law.load_share);
+        let natural = (law.stiffness / reduced).sqrt();
+        Self {
+            law,
+            // A NaN that a fit tries becomes one part, and comes back as NaN.
+            parts: (step * natural / FOLLOWED).ceil().clamp(1.0, MOST_PARTS) as usize,
+            inertia: load,
+            damping: 2.0 * law.damping_ratio * reduced * natural,
+            damped_depth: DAMPED_DEPTH * law.half_gap,
+        }
+    }
+
+    /// Into the spring by this much, rad: a dead zone over the play.
+    #[inline]
+    fn depth(&self, twist: f64) -> f64 {
+        twist - twist.max(-self.law.half_gap).min(self.law.half_gap)
+    }
+
+    /// Mean torque to the load (N·m) where the twist goes from one to another (rad) within a time (s).
+    ///
+    /// The spring's part is its energy's change over the twist's change (discrete gradient: Gonzalez, J. Nonlinear Sci. 6,
+    /// 1996), so that no step makes energy however long it is. Teeth push and do not pull: damping takes at most what the
+    /// spring gives.
+    #[inline]
+    fn torque(&self, from: f64, to: f64, time: f64) -> f64 {
+        let (before, after) = (self.depth(from), self.depth(to));
+        let turned = to - from;
+        let spring = if turned.abs() > 1e-12 {
+            0.5 * self.law.stiffness * (after * after - before * before) / turned
+        } else {
+            0.5 * self.law.stiffness * (before + after)
+        };
+        let damper = self.damping * turned / time;
+        if self.law.half_gap <= 0.0 {
+            return spring + damper;
+        }
+        let depth = 0.5 * (before.abs() + after.abs());
+        let damper = damper * (depth / self.damped_depth).min(1.0);
+        if spring * damper < 0.0 { spring + damper.abs().min(spring.abs()).copysign(damper) } else { spring + damper }
+    }
+}
+
 impl Shaft {
     /// Works out what only depends on the step length (s).
     #[must_use]
     pub fn stepper(&self, step: f64) -> Stepper {
+        let coupled = self.laws.coupling().map(|law| Coupled::new(law, self.inertia_kg_m2, step));
+        let (part, inertia) = coupled.as_ref().map_or((step, self.inertia_kg_m2), |coupled| {
+            (step / coupled.parts as f64, self.inertia_kg_m2 - coupled.inertia)
+        });
         let bridge = self.laws.bridge();
         let tau = self.inductance_h / (self.resistance_ohm + bridge.slope_ohm);
         let presliding = self.laws.presliding().unwrap_or(1.0);
+        let drag = self.laws.drag();
         Stepper {
             shaft: *self,
-            step,
-            driven: Winding::new(tau, step),
-            drop_v: bridge.drop_v,
+            whole_step: step,
+            part,
+            inertia,
+            coupled,
+            driven: Winding::new(tau, part),
+            bridge,
+            takes_of_supply: bridge.of_supply > 0.0 || bridge.of_pulses_v > 0.0,
             has_friction: self.laws.presliding().is_some(),
+            lean: self.laws.friction_lean(),
+            drag: (drag != Drag::default()).then_some(drag),
             presliding,
             per_presliding: 1.0 / presliding,
             conductance: 1.0 / (self.resistance_ohm + bridge.slope_ohm),
-            stiffness: 0.25 * step * step / (presliding * self.inertia_kg_m2),
+            stiffness: 0.25 * part * part / (presliding * inertia),
         }
     }
 
-    /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad.
+    /// The shaft as warm as its effects remember.
     #[must_use]
-    pub fn settled_current(&self, voltage: f64, speed: f64) -> (f64, f64) {
+    pub fn warmed(&self, states: &States) -> Self {
+        Self {
+            resistance_ohm: self.resistance_ohm * self.laws.resistance_factor(states),
+            viscous: self.viscous * self.laws.viscous_factor(states),
+            ..*self
+        }
+    }
+
+    /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad, behind a bridge with this
+    /// much of a drop (V) beside its own.
+    #[must_use]
+    pub fn settled_current(&self, voltage: f64, speed: f64, drop_v: f64) -> (f64, f64) {
         let bridge = self.laws.bridge();
-        self.settled(voltage, speed, bridge.drop_v, 1.0 / (self.resistance_ohm + bridge.slope_ohm))
+        self.settled(voltage, speed, bridge.drop_v + drop_v, 1.0 / (self.resistance_ohm + bridge.slope_ohm))
     }
 
     #[inline]
@@ -183,7 +321,25 @@ impl Stepper {
     /// The step, s.
     #[must_use]
     pub fn step(&self) -> f64 {
-        self.step
+        self.whole_step
+    }
+
+    /// What a bridge that drives with a duty (−1 … 1) at a supply (V) does to the winding.
+    #[inline]
+    #[must_use]
+    pub fn terminals(&self, duty: f64, supply_v: f64) -> Terminals {
+        if !self.takes_of_supply {
+            return Terminals::Driven { voltage: duty * supply_v };
+        }
+        let voltage = duty * (supply_v - self.bridge.of_pulses_v).max(0.0);
+        Terminals::Switched { voltage, drop_v: self.bridge.of_switched(duty) * supply_v }
+    }
+
+    /// Speed of the motor, rad/s: the shaft's, but for a load behind a spring.
+    #[inline]
+    #[must_use]
+    pub fn motor_speed(&self, state: &ShaftState) -> f64 {
+        if self.coupled.is_some() { state.speed + state.twist_rate } else { state.speed }
     }
 
     /// Advances by one step with nothing at the shaft but its own load.
@@ -196,50 +352,184 @@ impl Stepper {
     /// carry it as they carry gravity's.
     #[inline]
     pub fn advance_under(&self, state: &mut ShaftState, terminals: Terminals, torque: f64) -> StepMeans {
+        if let Some(coupled) = &self.coupled {
+            return self.advance_coupled(coupled, state, terminals, torque);
+        }
+        let own = self.shaft.laws.torque(state.angle + 0.5 * self.part * state.speed);
+        let outside = own + torque;
+        let begun = self.begin(state.angle, state.speed, state.current, terminals, outside);
+        let (speed, friction) = self.solve(&begun, state.angle, state.speed, state.bristle, outside);
+        let gained = (speed - state.speed) / begun.implicit;
+        let travel = self.part * speed;
+        let mut means = self.finish(&begun, state, speed, gained, friction);
+        state.angle += travel;
+        state.speed += gained;
+        means.effects_nm = own;
+        means
+    }
+
+    /// Winding, damping and friction at the start of a step of the motor, at its angle (rad), speed (rad/s) and current (A),
+    /// under a torque (N·m) from outside.
+    #[inline]
+    fn begin(&self, angle: f64, start_speed: f64, current: f64, terminals: Terminals, outside: f64) -> Begun {
         let shaft = &self.shaft;
         let (settled, slope, winding) = match terminals {
             Terminals::Driven { voltage } => {
-                let (settled, slope) = shaft.settled(voltage, state.speed, self.drop_v, self.conductance);
+                let (settled, slope) = shaft.settled(voltage, start_speed, self.bridge.drop_v, self.conductance);
+                (settled, slope, self.driven)
+            }
+            Terminals::Switched { voltage, drop_v } => {
+                let drop_v = self.bridge.drop_v + drop_v;
+                let (settled, slope) = shaft.settled(voltage, start_speed, drop_v, self.conductance);
                 (settled, slope, self.driven)
             }
             Terminals::Open => (0.0, 0.0, Winding::SETTLED),
         };
-        let mean_at_start_speed = settled + (state.current - settled) * winding.mean_share;
-        let own = shaft.laws.torque(state.angle + 0.5 * self.step * state.speed);
-        let outside = own + torque;
+        let mean_at_start_speed = settled + (current - settled) * winding.mean_share;
         let motor_at_start = shaft.torque_constant * mean_at_start_speed;
-        let level_at_start =
-            if self.has_friction { shaft.laws.friction_level(state.speed, motor_at_start - outside) } else { 0.0 };
-
-        // Speed and friction count at the share `implicit` of the step: ½ is the midpoint rule, 1 backward Euler.
-        let implicit = self.implicit_share(level_at_start);
-        let mean_slope = slope * winding.ramp_mean / implicit;
-        let motor_slope = shaft.torque_constant * mean_slope;
-        let gain = implicit * self.step / shaft.inertia_kg_m2;
-        let scale = gain / (1.0 + gain * (shaft.viscous - motor_slope));
-        let free = state.speed + scale * (motor_at_start - shaft.viscous * state.speed + outside);
-        let (speed, friction) = if self.has_friction {
-            let transmitted = |speed: f64| motor_at_start + motor_slope * (speed - state.speed) - outside;
-            self.with_friction(state.bristle, free, scale, implicit * self.step, level_at_start, transmitted)
+        let level = if self.has_friction {
+            shaft.laws.friction_level(angle, start_speed, motor_at_start - outside)
         } else {
-            (free, 0.0)
+            0.0
         };
 
-        let gained = (speed - state.speed) / implicit;
-        let travel = self.step * speed;
+        // Speed and friction count at the share `implicit` of the step: ½ is the midpoint rule, 1 backward Euler.
+        let implicit = self.implicit_share(level);
+        let mean_slope = slope * winding.ramp_mean / implicit;
+        let motor_slope = shaft.torque_constant * mean_slope;
+        let gain = implicit * self.part / self.inertia;
+        let (resisting, damping) = match &self.drag {
+            None => (shaft.viscous * start_speed, shaft.viscous),
+            Some(drag) => {
+                let (torque, slope) = drag.torque(start_speed);
+                (shaft.viscous * start_speed + torque, shaft.viscous + slope)
+            }
+        };
+        let scale = gain / (1.0 + gain * (damping - motor_slope));
+        Begun {
+            settled,
+            slope,
+            winding,
+            mean_at_start_speed,
+            motor_at_start,
+            level,
+            implicit,
+            motor_slope,
+            scale,
+            resisting,
+            damping,
+        }
+    }
+
+    /// The motor's speed at the share `implicit` of a step that it begins at an angle (rad), a speed (rad/s) and a bristle,
+    /// under a torque (N·m) from outside; and its friction, N·m.
+    #[inline]
+    fn solve(&self, begun: &Begun, angle: f64, start_speed: f64, bristle: f64, outside: f64) -> (f64, f64) {
+        let free = start_speed + begun.scale * (begun.motor_at_start - begun.resisting + outside);
+        if !self.has_friction {
+            return (free, 0.0);
+        }
+        let level = |speed: f64| {
+            let transmitted = begun.motor_at_start + begun.motor_slope * (speed - start_speed) - outside;
+            self.shaft.laws.friction_level(angle + 0.5 * self.part * speed, speed, transmitted)
+        };
+        self.with_friction(bristle, free, begun.scale, begun.implicit * self.part, begun.level, level)
+    }
+
+    /// The current and the bristle after a step at a motor's speed (rad/s) that has gained this much (rad/s) against a
+    /// friction (N·m); what happened in it.
+    #[inline]
+    fn finish(&self, begun: &Begun, state: &mut ShaftState, speed: f64, gained: f64, friction: f64) -> StepMeans {
+        let Begun { settled, slope, winding, .. } = begun;
         if self.has_friction {
-            state.bristle = slide(state.bristle, travel, self.per_presliding).0;
+            state.bristle = slide(state.bristle, self.part * speed, self.per_presliding).0;
         }
         state.current =
             settled + (state.current - settled) * winding.decay + slope * gained * (1.0 - winding.mean_share);
-        state.angle += travel;
-        state.speed += gained;
+        let resisting = begun.resisting + begun.damping * gained * begun.implicit;
         StepMeans {
-            current: mean_at_start_speed + slope * winding.ramp_mean * gained,
+            current: begun.mean_at_start_speed + slope * winding.ramp_mean * gained,
             speed,
             friction_nm: friction,
-            effects_nm: own,
+            effects_nm: 0.0,
+            rubbing_w: (resisting + friction) * speed,
+            coupling_nm: 0.0,
         }
+    }
+
+    /// A step of a motor and of a load behind a spring with play, in parts that follow the spring.
+    ///
+    /// Over a part each of the two takes the midpoint rule under the spring's mean torque ([`Coupled::torque`]), which
+    /// depends on where both end. The difference of their speeds has one solution, for the spring never falls with the
+    /// twist: Newton inside a bracket.
+    #[cold]
+    fn advance_coupled(
+        &self,
+        coupled: &Coupled,
+        state: &mut ShaftState,
+        terminals: Terminals,
+        torque: f64,
+    ) -> StepMeans {
+        let mut sum = StepMeans::default();
+        for _ in 0..coupled.parts {
+            let one = self.advance_part(coupled, state, terminals, torque);
+            for (sum, one) in [
+                (&mut sum.current, one.current),
+                (&mut sum.speed, one.speed),
+                (&mut sum.friction_nm, one.friction_nm),
+                (&mut sum.effects_nm, one.effects_nm),
+                (&mut sum.rubbing_w, one.rubbing_w),
+                (&mut sum.coupling_nm, one.coupling_nm),
+            ] {
+                *sum += one / coupled.parts as f64;
+            }
+        }
+        sum
+    }
+
+    fn advance_part(&self, coupled: &Coupled, state: &mut ShaftState, terminals: Terminals, torque: f64) -> StepMeans {
+        let step = self.part;
+        let own = self.shaft.laws.torque(state.angle + 0.5 * step * state.speed);
+        let outside = own + torque;
+        let (motor_angle, motor_speed) = (state.angle + state.twist, state.speed + state.twist_rate);
+        let guessed = coupled.torque(state.twist, state.twist + step * state.twist_rate, step);
+        let begun = self.begin(motor_angle, motor_speed, state.current, terminals, -guessed);
+        let per_torque = 0.5 * step / coupled.inertia;
+        let speeds = |passed: f64| {
+            let (motor, friction) = self.solve(&begun, motor_angle, motor_speed, state.bristle, -passed);
+            (motor, friction, state.speed + per_torque * (outside + passed))
+        };
+        // The excess of a rate over what its torque leaves rises at least as fast as the rate: the root is no farther than
+        // the excess.
+        let mut rate = state.twist_rate;
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        let (mut passed, mut found) = (guessed, speeds(guessed));
+        for _ in 0..MAX_CORRECTIONS {
+            passed = coupled.torque(state.twist, state.twist + step * rate, step);
+            found = speeds(passed);
+            let excess = rate - (found.0 - found.2);
+            if excess > 0.0 {
+                (low, high) = (low.max(rate - excess), rate);
+            } else {
+                (low, high) = (rate, high.min(rate - excess));
+            }
+            if excess.is_nan() || excess.abs() <= PRECISE * (1.0 + rate.abs()) {
+                break;
+            }
+            let moved = PRECISE.sqrt() * (1.0 + rate.abs());
+            let slope = (coupled.torque(state.twist, state.twist + step * (rate + moved), step) - passed) / moved;
+            let newton = rate - excess / (1.0 + slope.max(0.0) * (begun.scale + per_torque));
+            rate = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        }
+        let (motor, friction, load) = found;
+        let gained = (motor - motor_speed) / begun.implicit;
+        let mut means = self.finish(&begun, state, motor, gained, friction);
+        state.twist += step * (motor - load);
+        state.angle += step * load;
+        state.speed += 2.0 * (load - state.speed);
+        state.twist_rate = motor_speed + gained - state.speed;
+        (means.speed, means.effects_nm, means.coupling_nm) = (load, own, passed);
+        means
     }
 
     /// ½ for a bristle that the step resolves, towards 1 for one that it does not: with Ω² = g/(δ J) of the spring at
@@ -261,34 +551,50 @@ impl Stepper {
         scale: f64,
         time: f64,
         level_at_start: f64,
-        transmitted: impl Fn(f64) -> f64,
+        level: impl Fn(f64) -> f64,
     ) -> (f64, f64) {
-        let mut guess = free - scale * level_at_start * bristle;
-        let level = self.shaft.laws.friction_level(guess, transmitted(guess));
-        let (mut low, mut high) = (free - scale * level, free + scale * level);
+        let mut guess = free - self.friction(scale, level_at_start, bristle);
+        let level = level(guess);
+        let most = scale * (level + self.lean.abs());
+        let (mut low, mut high) = (free - most, free + most);
         // Not `clamp`: a fit may try parameters that are NaN, and must see NaN come back instead of a panic.
         guess = guess.max(low).min(high);
         // The bristle's law bends over its length: within a tenth of it the tangent is as good as the rule itself.
         let close = 0.1 * self.presliding;
         for _ in 0..MAX_CORRECTIONS {
             let (now, now_slope) = slide(bristle, time * guess, self.per_presliding);
-            let excess = guess - free + scale * level * now;
+            let excess = guess - free + self.friction(scale, level, now);
             if excess > 0.0 {
                 high = guess;
             } else {
                 low = guess;
             }
-            let slope = level * now_slope * time;
+            let slope = self.stiffness(level, now) * now_slope * time;
             let newton = guess - excess / (1.0 + scale * slope);
             if time * (newton - guess).abs() <= close {
-                return (newton, level * now + slope * (newton - guess));
+                return (newton, self.friction(1.0, level, now) + slope * (newton - guess));
             }
             guess = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
-        let torque = level * slide(bristle, time * guess, self.per_presliding).0;
+        let torque = self.friction(1.0, level, slide(bristle, time * guess, self.per_presliding).0);
         (free - scale * torque, torque)
+    }
+
+    /// Torque of a bristle at a level (N·m), times a factor.
+    #[inline]
+    fn friction(&self, factor: f64, level: f64, bristle: f64) -> f64 {
+        if self.lean == 0.0 { factor * level * bristle } else { factor * (level + self.lean * bristle) * bristle }
+    }
+
+    /// Its slope against the bristle. Where friction leans, it softens towards the end of its weaker direction; there the
+    /// slope is left at none, which only costs corrections.
+    #[inline]
+    fn stiffness(&self, level: f64, bristle: f64) -> f64 {
+        if self.lean == 0.0 { level } else { (level + 2.0 * self.lean * bristle).max(0.0) }
     }
 }
 
 /// Bisection alone narrows the bracket by 2⁶⁰; an ordinary step needs one correction.
 const MAX_CORRECTIONS: usize = 60;
+/// A rate of twist is known to this share of itself, or in rad/s.
+const PRECISE: f64 = 1e-11;

@@ -15,28 +15,32 @@ pub struct Cell {
     /// Charge when full, A·s.
     pub capacity_as: f64,
     /// Internal resistance, Ω.
-    pub resistance_ohm: f64,
+    resistance_ohm: f64,
     /// Open-circuit voltage against charge: `[0 … 1, V]`, charge increasing.
-    pub open_circuit_v: Vec<[f64; 2]>,
+    open_circuit_v: Vec<[f64; 2]>,
     /// Boost converter's efficiency, 0 … 1.
-    pub efficiency: f64,
+    efficiency: f64,
     /// The boost converter's highest output current, A.
     pub limit_a: f64,
     /// What the electronics draw from the rail, A.
     pub logic_a: f64,
     /// State of charge, 0 … 1.
-    pub charge: f64,
+    charge: f64,
     /// Current out of the cell, A.
     pub current: f64,
     /// Open-circuit voltage forced by a fault, V.
-    pub forced_v: Option<f64>,
+    forced_v: Option<f64>,
+    /// Open-circuit voltage as charged, V, and the highest power that the rail can take then, W: they are asked for every step,
+    /// and change every period.
+    open_v: f64,
+    power_limit_w: f64,
 }
 
 impl Cell {
     /// From the file, at a state of charge (0 … 1).
     #[must_use]
     pub fn new(battery: &robot::Battery, charge: f64) -> Self {
-        Self {
+        let mut cell = Self {
             capacity_as: 3600.0 * battery.capacity_ah.value,
             resistance_ohm: battery.resistance_ohm.value,
             open_circuit_v: battery.open_circuit_v.clone(),
@@ -46,23 +50,45 @@ impl Cell {
             charge: charge.clamp(0.0, 1.0),
             current: 0.0,
             forced_v: None,
-        }
+            open_v: 0.0,
+            power_limit_w: 0.0,
+        };
+        cell.update();
+        cell
+    }
+
+    /// Forces the open-circuit voltage, V; `None` lets it go.
+    pub fn force(&mut self, open_circuit_v: Option<f64>) {
+        self.forced_v = open_circuit_v;
+        self.update();
+    }
+
+    fn update(&mut self) {
+        self.open_v = self.forced_v.unwrap_or_else(|| between(&self.open_circuit_v, self.charge));
+        let open = self.open_v.max(0.0);
+        self.power_limit_w = if self.resistance_ohm > 0.0 {
+            self.efficiency * open * open / (4.0 * self.resistance_ohm)
+        } else {
+            f64::INFINITY
+        };
     }
 
     /// Open-circuit voltage, V: straight between the table's points, constant outside.
     #[must_use]
     pub fn open_circuit(&self) -> f64 {
-        if let Some(voltage) = self.forced_v {
-            return voltage;
-        }
-        let table = &self.open_circuit_v;
-        let upper = table.partition_point(|point| point[0] < self.charge);
-        match (upper.checked_sub(1).map(|index| table[index]), table.get(upper)) {
-            (Some(low), Some(high)) => low[1] + (high[1] - low[1]) * (self.charge - low[0]) / (high[0] - low[0]),
-            (Some(only), None) => only[1],
-            (None, Some(only)) => only[1],
-            (None, None) => 0.0,
-        }
+        self.open_v
+    }
+
+    /// Boost converter's efficiency, 0 … 1.
+    #[must_use]
+    pub fn efficiency(&self) -> f64 {
+        self.efficiency
+    }
+
+    /// State of charge, 0 … 1.
+    #[must_use]
+    pub fn charge(&self) -> f64 {
+        self.charge
     }
 
     /// Voltage at the cell's terminals, V.
@@ -74,12 +100,7 @@ impl Cell {
     /// Highest power that the rail can take, W: the cell matched, `efficiency·OCV²/(4R)`.
     #[must_use]
     pub fn power_limit(&self) -> f64 {
-        let open = self.open_circuit().max(0.0);
-        if self.resistance_ohm > 0.0 {
-            self.efficiency * open * open / (4.0 * self.resistance_ohm)
-        } else {
-            f64::INFINITY
-        }
+        self.power_limit_w
     }
 
     /// Draws a mean power (W) at the rail for a time (s).
@@ -90,6 +111,18 @@ impl Cell {
         // 2P/(V + √(V² − 4RP)) is the smaller root of V·i − R·i² = P, and P/V where R is zero.
         self.current = if open > 0.0 && self.charge > 0.0 { 2.0 * power / (open + root) } else { 0.0 };
         self.charge = (self.charge - self.current * time / self.capacity_as).max(0.0);
+        self.update();
+    }
+}
+
+/// A table of ascending abscissae and ordinates at an abscissa: straight between its points, constant outside.
+fn between(table: &[[f64; 2]], at: f64) -> f64 {
+    let upper = table.partition_point(|point| point[0] < at);
+    match (upper.checked_sub(1).map(|index| table[index]), table.get(upper)) {
+        (Some(low), Some(high)) => low[1] + (high[1] - low[1]) * (at - low[0]) / (high[0] - low[0]),
+        (Some(only), None) => only[1],
+        (None, Some(only)) => only[1],
+        (None, None) => 0.0,
     }
 }
 
@@ -129,25 +162,27 @@ impl Supply {
         self.bridge_v
     }
 
-    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s), kept as the present one.
+    /// The rail (V) while the bridge drives with a duty at a motor's speed (rad/s), kept as the present one.
     pub fn drive(&mut self, shaft: &Shaft, duty: f64, speed: f64) -> f64 {
         self.bridge_v = self.rail(shaft, duty, speed, shaft.laws.supply_fallen(&self.states));
         self.bridge_v
     }
 
-    /// The rail (V) while the bridge drives with a duty at a shaft speed (rad/s) and has fallen slowly by `fallen_v`.
+    /// The rail (V) while the bridge drives with a duty at a motor's speed (rad/s) and has fallen slowly by `fallen_v`.
     ///
-    /// Rail and current depend on each other, `v = e − R_s·duty·i` and `i = (duty·v − K ω ∓ drop)/R`, and are solved
-    /// together at the settled current, so the supply's resistance has no lag of its own. Beyond the boost converter's
-    /// current or power the rail falls to where the bridge takes no more.
+    /// Rail and current depend on each other, `v = e − R_s·duty·i` and `i = (duty·v − K ω ∓ drop)/R`, ω being the motor's
+    /// speed, and are solved together at the settled current, so the supply's resistance has no lag of its own. Beyond the
+    /// boost converter's current or power the rail falls to where the bridge takes no more.
     #[inline]
     #[must_use]
     pub fn rail(&self, shaft: &Shaft, duty: f64, speed: f64, fallen_v: f64) -> f64 {
         let open_v = (self.rail_v - fallen_v).max(0.0);
         let bridge = shaft.laws.bridge();
         let supply_ohm = shaft.laws.supply_resistance();
-        let net = duty * open_v - shaft.torque_constant * speed;
-        let excess = (net.abs() - bridge.drop_v).max(0.0).copysign(net);
+        let lost_v = duty * bridge.of_pulses_v.min(open_v);
+        let drop_v = bridge.drop_v + bridge.of_switched(duty) * open_v;
+        let net = duty * open_v - lost_v - shaft.torque_constant * speed;
+        let excess = (net.abs() - drop_v).max(0.0).copysign(net);
         let resistance = shaft.resistance_ohm + bridge.slope_ohm;
         let current = excess / (resistance + duty * duty * supply_ohm);
         let rail_v = (open_v - supply_ohm * duty * current).max(0.0);
@@ -156,7 +191,7 @@ impl Supply {
             let power_limit = cell.power_limit();
             if bridge_a + cell.logic_a > cell.limit_a || rail_v * (bridge_a + cell.logic_a) > power_limit {
                 // Voltage that the bridge must see before any current flows in this direction.
-                let opposing = shaft.torque_constant * speed + bridge.drop_v.copysign(net);
+                let opposing = shaft.torque_constant * speed + lost_v + drop_v.copysign(net);
                 let limited = limited_rail(cell, power_limit, duty, opposing, resistance);
                 return rail_v.min(limited).max(0.0);
             }

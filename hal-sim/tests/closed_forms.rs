@@ -206,8 +206,9 @@ proptest! {
         let mut shaft = FULL;
         shaft.laws.gravity_tilt.as_mut().unwrap().direction_rad = 0.0;
         let stepper = shaft.stepper(STEP);
-        let mut one = ShaftState { speed, bristle, angle: 0.3, current: 0.1 };
-        let mut other = ShaftState { speed: -speed, bristle: -bristle, angle: -0.3, current: -0.1 };
+        let mut one = ShaftState { speed, bristle, angle: 0.3, current: 0.1, ..ShaftState::default() };
+        let mut other =
+            ShaftState { speed: -speed, bristle: -bristle, angle: -0.3, current: -0.1, ..ShaftState::default() };
         for _ in 0..100 {
             stepper.advance(&mut one, driven(voltage));
             stepper.advance(&mut other, driven(-voltage));

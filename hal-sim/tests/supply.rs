@@ -27,15 +27,15 @@ fn the_cell_gives_the_power_that_the_rail_takes() {
     cell.draw(1.5, 1.0);
     let power = cell.voltage() * cell.current;
     // The charge drawn in this second moved the open-circuit voltage by about a millivolt.
-    assert!(apart(power * cell.efficiency, 1.5) < 1e-3, "{power} W out of the cell");
-    let ideal = 1.5 / cell.efficiency / cell.open_circuit();
+    assert!(apart(power * cell.efficiency(), 1.5) < 1e-3, "{power} W out of the cell");
+    let ideal = 1.5 / cell.efficiency() / cell.open_circuit();
     assert!(cell.current > ideal, "the internal resistance costs something");
 }
 
 #[test]
 fn charge_is_booked_to_the_last_coulomb() {
     let mut supply = supply(0.9);
-    let before = supply.cell.as_ref().unwrap().charge;
+    let before = supply.cell.as_ref().unwrap().charge();
     let mut coulombs = 0.0;
     for n in 0..5000 {
         supply.drive(&LINEAR, 0.8, 0.01 * f64::from(n));
@@ -44,10 +44,10 @@ fn charge_is_booked_to_the_last_coulomb() {
         coulombs += supply.cell.as_ref().unwrap().current * 1e-3;
     }
     let cell = supply.cell.as_ref().unwrap();
-    let fallen = before - cell.charge;
+    let fallen = before - cell.charge();
     assert!(apart(fallen * cell.capacity_as, coulombs) < 1e-9, "{fallen} of the charge, {coulombs} C");
     // (0.1 A + logic)·5 V/η from a cell of about 4 V
-    let expected = (0.1 + cell.logic_a) * 5.0 / cell.efficiency / 4.05 * 5.0;
+    let expected = (0.1 + cell.logic_a) * 5.0 / cell.efficiency() / 4.05 * 5.0;
     assert!(apart(coulombs, expected) < 0.05, "{coulombs} C, about {expected} expected");
 }
 
@@ -65,7 +65,7 @@ fn the_whole_robot_draws_what_its_motor_and_electronics_need() {
     let drawn = |robot: &SimulatedRobot| (0.9 - robot.charge().unwrap()) * cell.capacity_as;
     let (idle_as, driving_as) = (drawn(&idle), drawn(&driving));
     // Energy over efficiency, at the mean voltage of a cell at 90 %, for 5 s.
-    let cell_as = |rail_a: f64| 5.0 * rail_a / cell.efficiency / 4.05 * 5.0;
+    let cell_as = |rail_a: f64| 5.0 * rail_a / cell.efficiency() / 4.05 * 5.0;
     assert!(apart(idle_as, cell_as(cell.logic_a)) < 0.05, "idle {idle_as} A·s");
     let motor_a = driving.truth().current;
     assert!(motor_a > 0.08, "{motor_a} A");
@@ -112,8 +112,9 @@ fn beyond_the_converters_current_the_rail_falls_to_where_the_bridge_takes_no_mor
 
 #[test]
 fn beyond_the_cells_power_the_rail_falls_too() {
-    let mut supply = supply(0.5);
-    supply.cell.as_mut().unwrap().resistance_ohm = 2.0;
+    let mut robot = default_robot();
+    robot.supply.battery.as_mut().unwrap().resistance_ohm.value = 2.0;
+    let mut supply = Supply::new(&robot, 0.5);
     let cell = supply.cell.as_ref().unwrap();
     let (limit, logic_a) = (cell.power_limit(), cell.logic_a);
     let rail = supply.drive(&LINEAR, 1.0, 0.0);

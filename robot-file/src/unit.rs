@@ -2,10 +2,15 @@
 
 /// What a key's name may end with, longest first where one ends with another.
 const UNITS: &[(&str, &str)] = &[
+    ("nm_s3_per_rad3", "N·m·s³/rad³"),
+    ("nm_s2_per_rad2", "N·m·s²/rad²"),
     ("nm_s_per_rad", "N·m·s/rad"),
     ("v_s_per_rad", "V·s/rad"),
     ("v_per_rad_s", "V/(rad·s)"),
     ("v_per_rad", "V/rad"),
+    ("v_per_as", "V/(A·s)"),
+    ("k_per_w", "K/W"),
+    ("per_w", "1/W"),
     ("nm_per_rad", "N·m/rad"),
     ("nm_per_a", "N·m/A"),
     ("n_s_per_m", "N·s/m"),
@@ -23,6 +28,7 @@ const UNITS: &[(&str, &str)] = &[
     ("ohm", "Ω"),
     ("deg", "°"),
     ("lsb", "LSB"),
+    ("ppm", "ppm"),
     ("nm", "N·m"),
     ("hz", "Hz"),
     ("ah", "A·h"),
@@ -64,6 +70,7 @@ fn mistaken(unit: &str) -> &'static [(&'static str, f64)] {
         "s" => &[("ms", 1e-3), ("µs", 1e-6)],
         "Hz" => &[("kHz", 1e3)],
         "bit/s" => &[("Mbit/s", 1e6), ("kbit/s", 1e3)],
+        "ppm" => &[("%", 1e4), ("s/s", 1e6)],
         "°" => &[("radians", 180.0 / std::f64::consts::PI)],
         "rad/s" => &[("rpm", std::f64::consts::PI / 30.0), ("°/s", std::f64::consts::PI / 180.0)],
         "1" => &[("%", 0.01)],

@@ -197,9 +197,8 @@ fn value_outside_its_own_spread() {
 
 #[test]
 fn unknown_effect() {
-    let modelled = "coulomb_friction, stribeck_friction, load_friction, gravity_tilt, driver_drop, driver_deadband, \
-                    battery_sag, sensor_nonlinearity, sensor_delay, foot_stribeck, foot_anisotropy, \
-                    foot_load_friction, ground_slope";
+    let modelled: Vec<&str> = effects::Id::all().map(effects::Id::name).collect();
+    let modelled = modelled.join(", ");
     says(
         "[effects.coulomb_friction]",
         "[effects.coulumb_friction]",
@@ -214,9 +213,9 @@ fn unknown_effect() {
     );
     says(
         "[effects.coulomb_friction]",
-        "[effects.backlash]",
+        "[effects.payload_offset]",
         &format!(
-            "bench.toml:30: effects.backlash: this effect has a name but is not modelled yet; remove the table; modelled \
+            "bench.toml:30: effects.payload_offset: this effect has a name but is not modelled yet; remove the table; modelled \
              are {modelled}"
         ),
     );

@@ -36,6 +36,7 @@ impl Effect for BatterySag {
         ],
         acts: Acts::Supply,
         shows_in: Coordinate::Voltage,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         resembles: &[],

@@ -43,6 +43,7 @@ impl Effect for CoulombFriction {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Speed,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -78,7 +79,7 @@ impl Effect for CoulombFriction {
     }
 
     #[inline]
-    fn friction_level(&self, _speed: f64, _transmitted_nm: f64) -> f64 {
+    fn friction_level(&self, _angle: f64, _speed: f64, _transmitted_nm: f64) -> f64 {
         self.torque_nm
     }
 

@@ -32,6 +32,7 @@ impl Effect for DriverDeadband {
         )],
         acts: Acts::Command,
         shows_in: Coordinate::Voltage,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         resembles: &[],
@@ -45,7 +46,7 @@ impl Effect for DriverDeadband {
 
     fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
         let deadband = FitNumber::linear("deadband", "the deadband", 0.01, 0.03, [0.0, 0.6]);
-        vec![FitNumber { starts: [0.03, 0.3], ..deadband }]
+        vec![FitNumber { starts: vec![0.03, 0.3], ..deadband }]
     }
 
     #[inline]

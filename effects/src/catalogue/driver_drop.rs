@@ -32,6 +32,7 @@ impl Effect for DriverDrop {
         ],
         acts: Acts::Bridge,
         shows_in: Coordinate::Voltage,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -60,11 +61,11 @@ impl Effect for DriverDrop {
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let drop = FitNumber::linear("drop_v", "the bridge's drop", 0.1, 0.1, [0.0, 0.8 * sizes.rail_v]);
         // Bridges of bipolar transistors take a third of a small motor's supply.
-        vec![FitNumber { starts: [0.1, 0.3 * sizes.rail_v], ..drop }]
+        vec![FitNumber { starts: vec![0.1, 0.3 * sizes.rail_v], ..drop }]
     }
 
     #[inline]
     fn bridge(&self) -> BridgeDrop {
-        BridgeDrop { drop_v: self.drop_v, slope_ohm: self.slope_ohm }
+        BridgeDrop { drop_v: self.drop_v, slope_ohm: self.slope_ohm, ..BridgeDrop::default() }
     }
 }

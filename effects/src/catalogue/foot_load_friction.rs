@@ -31,6 +31,7 @@ impl Effect for FootLoadFriction {
         ],
         acts: Acts::Foot,
         shows_in: Coordinate::Ground,
+        candidate: false,
         contains: &[],
         mistaken_for: &[],
         resembles: &[],

@@ -30,6 +30,7 @@ impl Effect for FootStribeck {
         ],
         acts: Acts::Foot,
         shows_in: Coordinate::Ground,
+        candidate: false,
         contains: &[],
         mistaken_for: &[],
         resembles: &[],

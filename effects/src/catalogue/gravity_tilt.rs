@@ -32,6 +32,7 @@ impl Effect for GravityTilt {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Angle,
+        candidate: true,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "sensor_nonlinearity",

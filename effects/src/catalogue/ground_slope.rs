@@ -35,6 +35,7 @@ impl Effect for GroundSlope {
         ],
         acts: Acts::Ground,
         shows_in: Coordinate::Ground,
+        candidate: false,
         contains: &[],
         mistaken_for: &[],
         resembles: &[],

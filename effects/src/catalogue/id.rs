@@ -57,6 +57,12 @@ impl Id {
         says(self, other) || says(other, self)
     }
 
+    /// Whether it carries something from step to step.
+    #[must_use]
+    pub fn carries_state(self) -> bool {
+        self.entry().carries_state
+    }
+
     /// The numbers that a fit moves, for a rig of these sizes.
     #[must_use]
     pub fn fit(self, sizes: &Sizes) -> Vec<FitNumber> {

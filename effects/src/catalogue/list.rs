@@ -34,10 +34,21 @@ macro_rules! catalogue {
             #[must_use]
             pub fn duty(&self, duty: f64) -> f64 {
                 let mut duty = duty;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Command) && let Some(law) = &self.$module {
                     duty = law.duty(duty);
                 })*
                 duty
+            }
+
+            /// By how much the command arrives late, s.
+            #[inline]
+            #[must_use]
+            pub fn command_age(&self) -> f64 {
+                let mut sum = 0.0;
+                $(if acts::<$law>(Acts::Command) && let Some(law) = &self.$module {
+                    sum += law.command_age();
+                })*
+                sum
             }
 
             /// Voltage that the bridge takes.
@@ -45,10 +56,12 @@ macro_rules! catalogue {
             #[must_use]
             pub fn bridge(&self) -> BridgeDrop {
                 let mut sum = BridgeDrop::default();
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Bridge) && let Some(law) = &self.$module {
                     let one = law.bridge();
                     sum.drop_v += one.drop_v;
                     sum.slope_ohm += one.slope_ohm;
+                    sum.of_supply += one.of_supply;
+                    sum.of_pulses_v += one.of_pulses_v;
                 })*
                 sum
             }
@@ -58,7 +71,7 @@ macro_rules! catalogue {
             #[must_use]
             pub fn supply_resistance(&self) -> f64 {
                 let mut sum = 0.0;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Supply) && let Some(law) = &self.$module {
                     sum += law.supply_resistance();
                 })*
                 sum
@@ -69,7 +82,7 @@ macro_rules! catalogue {
             #[must_use]
             pub fn supply_fallen(&self, states: &States) -> f64 {
                 let mut sum = 0.0;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Supply) && let Some(law) = &self.$module {
                     sum += law.supply_fallen(&states.$module);
                 })*
                 sum
@@ -78,18 +91,19 @@ macro_rules! catalogue {
             /// Advances what the supply remembers, by a mean bridge current (A) over a time (s).
             #[inline]
             pub fn draw(&self, states: &mut States, bridge_a: f64, time: f64) {
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Supply) && let Some(law) = &self.$module {
                     law.draw(&mut states.$module, bridge_a, time);
                 })*
             }
 
-            /// Level at which friction slides, N·m, at a speed (rad/s) with a torque (N·m) through the teeth.
+            /// Level at which friction slides, N·m, at an angle (rad) and a speed (rad/s) with a torque (N·m) through the
+            /// teeth.
             #[inline]
             #[must_use]
-            pub fn friction_level(&self, speed: f64, transmitted_nm: f64) -> f64 {
+            pub fn friction_level(&self, angle: f64, speed: f64, transmitted_nm: f64) -> f64 {
                 let mut sum = 0.0;
-                $(if let Some(law) = &self.$module {
-                    sum += law.friction_level(speed, transmitted_nm);
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
+                    sum += law.friction_level(angle, speed, transmitted_nm);
                 })*
                 sum
             }
@@ -99,7 +113,7 @@ macro_rules! catalogue {
             #[inline]
             #[must_use]
             pub fn presliding(&self) -> Option<f64> {
-                $(if let Some(length) = self.$module.and_then(|law| law.presliding()) {
+                $(if acts::<$law>(Acts::Shaft) && let Some(length) = self.$module.and_then(|law| law.presliding()) {
                     return Some(length);
                 })*
                 None
@@ -110,10 +124,84 @@ macro_rules! catalogue {
             #[must_use]
             pub fn torque(&self, angle: f64) -> f64 {
                 let mut sum = 0.0;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
                     sum += law.torque(angle);
                 })*
                 sum
+            }
+
+            /// By how much friction slides higher counter-clockwise than its level, and lower clockwise, N·m.
+            #[inline]
+            #[must_use]
+            pub fn friction_lean(&self) -> f64 {
+                let mut sum = 0.0;
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
+                    sum += law.friction_lean();
+                })*
+                sum
+            }
+
+            /// Torque against the motion that grows faster than the speed.
+            #[inline]
+            #[must_use]
+            pub fn drag(&self) -> Drag {
+                let mut sum = Drag::default();
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
+                    let one = law.drag();
+                    sum.quadratic += one.quadratic;
+                    sum.cubic += one.cubic;
+                })*
+                sum
+            }
+
+            /// The spring behind which the load turns; `None` for a rigid shaft.
+            #[must_use]
+            pub fn coupling(&self) -> Option<Coupling> {
+                let mut row: Option<Coupling> = None;
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module && let Some(one) = law.coupling() {
+                    row = Some(row.map_or(one, |first| first.with(one)));
+                })*
+                row
+            }
+
+            /// Whether what turns into heat changes any of them.
+            #[must_use]
+            pub fn warms(&self) -> bool {
+                let mut any = false;
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
+                    any |= law.warms();
+                })*
+                any
+            }
+
+            /// Advances their warmth, by mean losses (W) in the winding and by friction over a time (s).
+            #[inline]
+            pub fn warm(&self, states: &mut States, winding_w: f64, friction_w: f64, time: f64) {
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
+                    law.warm(&mut states.$module, winding_w, friction_w, time);
+                })*
+            }
+
+            /// Factor on the winding's resistance.
+            #[inline]
+            #[must_use]
+            pub fn resistance_factor(&self, states: &States) -> f64 {
+                let mut factor = 1.0;
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
+                    factor *= law.resistance_factor(&states.$module);
+                })*
+                factor
+            }
+
+            /// Factor on the viscous damping.
+            #[inline]
+            #[must_use]
+            pub fn viscous_factor(&self, states: &States) -> f64 {
+                let mut factor = 1.0;
+                $(if acts::<$law>(Acts::Shaft) && let Some(law) = &self.$module {
+                    factor *= law.viscous_factor(&states.$module);
+                })*
+                factor
             }
 
             /// Error of the reading at a shaft angle (rad), rad.
@@ -121,7 +209,7 @@ macro_rules! catalogue {
             #[must_use]
             pub fn reading_error(&self, angle: f64) -> f64 {
                 let mut sum = 0.0;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
                     sum += law.reading_error(angle);
                 })*
                 sum
@@ -132,10 +220,72 @@ macro_rules! catalogue {
             #[must_use]
             pub fn reading_age(&self) -> f64 {
                 let mut sum = 0.0;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
                     sum += law.reading_age();
                 })*
                 sum
+            }
+
+            /// By how much the age of the reading grows in a second of the run, s/s.
+            #[inline]
+            #[must_use]
+            pub fn ageing(&self) -> f64 {
+                let mut sum = 0.0;
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    sum += law.ageing();
+                })*
+                sum
+            }
+
+            /// Chance that a reading repeats the one before it, 0 … 1.
+            #[inline]
+            #[must_use]
+            pub fn held(&self) -> f64 {
+                let mut fresh = 1.0;
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    fresh *= 1.0 - law.held();
+                })*
+                1.0 - fresh
+            }
+
+            /// Whether the reading follows the shaft with a memory.
+            #[must_use]
+            pub fn follows(&self) -> bool {
+                let mut any = false;
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    any |= law.follows();
+                })*
+                any
+            }
+
+            /// How far what is read moves on (rad) where the shaft, or the wiper that it drags, has moved by `moved` (rad)
+            /// within a step (s), evenly. One effect follows the other.
+            #[inline]
+            pub fn follow(&self, states: &mut States, moved: f64, step: f64) -> f64 {
+                let mut moved = moved;
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    moved = law.follow(&mut states.$module, moved, step);
+                })*
+                moved
+            }
+
+            /// How far what is read is behind, rad.
+            #[inline]
+            #[must_use]
+            pub fn behind(&self, states: &States) -> f64 {
+                let mut sum = 0.0;
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    sum += law.behind(&states.$module);
+                })*
+                sum
+            }
+
+            /// Puts what is read to where it ends up behind a shaft that turns at a speed (rad/s), as surely as `dragging`
+            /// (−1 … 1) says.
+            pub fn settle(&self, states: &mut States, speed: f64, dragging: f64) {
+                $(if acts::<$law>(Acts::Sensor) && let Some(law) = &self.$module {
+                    law.settle(&mut states.$module, speed, dragging);
+                })*
             }
 
             /// Factor on the coefficient of friction of a foot that slides at `speed` (m/s) under `load` (N).
@@ -143,7 +293,7 @@ macro_rules! catalogue {
             #[must_use]
             pub fn foot_friction(&self, speed: f64, load: f64) -> f64 {
                 let mut factor = 1.0;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Foot) && let Some(law) = &self.$module {
                     factor *= law.foot_friction(speed, load);
                 })*
                 factor
@@ -160,7 +310,7 @@ macro_rules! catalogue {
             #[must_use]
             pub fn lateral_share(&self) -> f64 {
                 let mut share = 1.0;
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Foot) && let Some(law) = &self.$module {
                     share *= law.lateral_share();
                 })*
                 share
@@ -170,10 +320,20 @@ macro_rules! catalogue {
             #[must_use]
             pub fn down(&self) -> [f64; 3] {
                 let mut down = [0.0, 0.0, -1.0];
-                $(if let Some(law) = &self.$module {
+                $(if acts::<$law>(Acts::Ground) && let Some(law) = &self.$module {
                     down = law.down(down);
                 })*
                 down
+            }
+
+            /// What is left of what they carry after a hole in a recording.
+            #[must_use]
+            pub fn lasting(&self, states: &States) -> States {
+                let mut left = States::default();
+                $(if self.$module.is_some_and(|law| law.lasts()) {
+                    left.$module = states.$module;
+                })*
+                left
             }
 
             /// The effects that are there, in the order of the catalogue.
@@ -196,7 +356,13 @@ macro_rules! catalogue {
 }
 pub(super) use catalogue;
 
-use super::{Effect, FitNumber, Laws, Sizes, Spec};
+use super::{Acts, Effect, FitNumber, Laws, Sizes, Spec};
+
+/// Whether an effect acts in a part of the chain: known when it is compiled, so that the others cost nothing there.
+#[inline(always)]
+pub(super) const fn acts<E: Effect>(part: Acts) -> bool {
+    E::SPEC.acts as u8 == part as u8
+}
 
 /// An effect's functions, by value.
 pub(super) struct Entry {
@@ -206,6 +372,7 @@ pub(super) struct Entry {
     pub fit_of_values: fn(&[f64], &mut [f64]),
     pub fit_ranges: fn(&[f64], &[f64], &mut [f64]),
     pub put: fn(&mut Laws, Option<&[f64]>),
+    pub carries_state: bool,
 }
 
 impl Entry {
@@ -217,6 +384,7 @@ impl Entry {
             fit_of_values: E::fit_of_values,
             fit_ranges: E::fit_ranges,
             put,
+            carries_state: size_of::<E::State>() > 0,
         }
     }
 }

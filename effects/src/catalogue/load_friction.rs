@@ -33,6 +33,7 @@ impl Effect for LoadFriction {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Voltage,
+        candidate: true,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "driver_drop",
@@ -57,7 +58,7 @@ impl Effect for LoadFriction {
     }
 
     #[inline]
-    fn friction_level(&self, _speed: f64, transmitted_nm: f64) -> f64 {
+    fn friction_level(&self, _angle: f64, _speed: f64, transmitted_nm: f64) -> f64 {
         self.coefficient * transmitted_nm.abs()
     }
 

@@ -27,6 +27,7 @@ impl Effect for SensorDelay {
         parameters: &[Parameter::new("delay_s", "The reading is this old.", 0.0, 0.1)],
         acts: Acts::Sensor,
         shows_in: Coordinate::Time,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         // A reading that lags looks late, and a delay that does not reach the floor may be the better part of a lag.
@@ -44,7 +45,7 @@ impl Effect for SensorDelay {
     fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
         let delay = FitNumber::linear("delay_s", "the delay", 1e-3, 2e-3, [0.0, 60e-3]);
         // The bridge opens and closes on sample times: a smaller step would not see it.
-        vec![FitNumber { starts: [2e-3, 10e-3], step: Some(0.25), ..delay }]
+        vec![FitNumber { starts: vec![2e-3, 10e-3], step: Some(0.25), ..delay }]
     }
 
     #[inline]

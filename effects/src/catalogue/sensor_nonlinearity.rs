@@ -60,6 +60,7 @@ impl Effect for SensorNonlinearity {
         ],
         acts: Acts::Sensor,
         shows_in: Coordinate::Angle,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         resembles: &[],

@@ -39,6 +39,7 @@ impl Effect for StribeckFriction {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Speed,
+        candidate: true,
         contains: &["coulomb_friction"],
         mistaken_for: &[
             Confusion {
@@ -80,7 +81,7 @@ impl Effect for StribeckFriction {
     }
 
     #[inline]
-    fn friction_level(&self, speed: f64, _transmitted_nm: f64) -> f64 {
+    fn friction_level(&self, _angle: f64, speed: f64, _transmitted_nm: f64) -> f64 {
         let ratio = speed / self.speed_rad_per_s;
         self.torque_nm + self.breakaway_excess_nm * (-ratio * ratio).exp()
     }

@@ -74,7 +74,7 @@ impl Inquiry<'_> {
 
     /// From the refitted nominal model to a decision.
     pub fn run(&self, mut session: Session, mut baseline: Candidate) -> Result<Found, DiagnoseError> {
-        let effects = search::candidates(&session, self.robot);
+        let effects = search::candidates(&session, self.robot, &self.options.also_try)?;
         let (rest, candidates) = self.singles(&mut session, &mut baseline, &effects)?;
         let bootstrap = Bootstrap::new(baseline.evaluation.errors.len(), self.options.seed);
         let decision = Decision { verdict: Verdict::Nothing, class: Vec::new() };

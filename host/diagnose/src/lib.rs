@@ -103,13 +103,15 @@ pub struct Options {
     /// Length of the free rollouts, s; `None` for 0.1 s, longer for a rig that is slow (twice its mechanical time
     /// constant, where that is beyond 0.2 s; 1 s at most) or slowly sampled (25 samples).
     pub horizon_s: Option<f64>,
+    /// Effects that are tried beside those of every diagnosis ([`effects::Spec::candidate`]).
+    pub also_try: Vec<Id>,
     /// Told what is being done (a word or two) and the share done, 0 … 1.
     pub progress: Option<Progress>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, threads: 0, horizon_s: None, progress: None }
+        Self { seed: 1, threads: 0, horizon_s: None, also_try: Vec::new(), progress: None }
     }
 }
 
@@ -150,6 +152,15 @@ pub enum DiagnoseError {
         /// What gave it away.
         detail: String,
     },
+    /// An effect of [`Options::also_try`] that there is nothing to try of.
+    #[error("{effect} cannot be tried: {why}")]
+    #[diagnostic(help("leave it out"))]
+    CannotTry {
+        /// Its name.
+        effect: String,
+        /// What stands in the way.
+        why: String,
+    },
     /// An experiment is asked for to tell one model apart.
     #[error("an experiment tells models apart, and this is one")]
     #[diagnostic(help(
@@ -174,7 +185,8 @@ const IMPLAUSIBLE: f64 = 20.0;
 /// Compares a robot file with recordings and says what the model lacks.
 ///
 /// # Errors
-/// When there is nothing to fit on or to judge by, when a recording is unusable, or when it is of another rig.
+/// When there is nothing to fit on or to judge by, when a recording is unusable, when it is of another rig, or when an effect of
+/// [`Options::also_try`] is in the file already or does not show in these runs.
 pub fn diagnose(
     robot: &Robot,
     fit: &[Recording],

@@ -19,6 +19,10 @@ pub struct Hidden {
     pub current: f64,
     /// How far the wiper is behind the shaft, rad.
     pub wiper_behind: f64,
+    /// How far the motor is ahead of a load behind a spring, rad, and how much faster, rad/s.
+    pub twist: [f64; 2],
+    /// How far a reading of which some repeat the one before is behind, rad.
+    pub held_behind: f64,
     /// What the effects carry.
     pub states: States,
 }
@@ -46,9 +50,20 @@ pub struct Plant {
     shapes_duty: bool,
     converter: Option<ConverterError>,
     half_play: f64,
-    delay_s: f64,
+    /// Age of the reading against the drive that was commanded, s; and against the terminals' voltage.
+    delay_s: [f64; 2],
+    /// By how much either grows in a second of the run, s/s.
+    ageing: f64,
+    /// Share of the readings that repeat the one before.
+    held: f64,
     /// Some effect acts between shaft and reading.
     bent: bool,
+    /// The reading follows the wiper with a memory.
+    follows: bool,
+    /// What turns into heat changes some effect.
+    warms: bool,
+    /// Half of the play between motor and load, rad.
+    half_gap: f64,
     longest_step: f64,
     /// A term that no effect has, while a misfit is looked at.
     probe: Option<Probe>,
@@ -61,6 +76,15 @@ const LONGEST_SPAN: f64 = 10.0;
 fn without(laws: &Laws, acts: impl Fn(Acts) -> bool) -> Laws {
     let mut left = *laws;
     for id in laws.listed().filter(|id| acts(id.spec().acts)) {
+        id.put(&mut left, None);
+    }
+    left
+}
+
+/// Laws without those that bend the readings and leave the motion, and what follows it, alone.
+fn without_bends(laws: &Laws) -> Laws {
+    let mut left = *laws;
+    for id in laws.listed().filter(|id| id.spec().acts == Acts::Sensor && !id.carries_state()) {
         id.put(&mut left, None);
     }
     left
@@ -81,7 +105,12 @@ impl Plant {
             stiff_supply: supply.cell.is_none() && !any(&shaft.laws, Acts::Supply),
             shapes_duty: any(&shaft.laws, Acts::Command),
             bent: any(&shaft.laws, Acts::Sensor),
-            delay_s: shaft.laws.reading_age(),
+            follows: shaft.laws.follows(),
+            warms: shaft.laws.warms(),
+            half_gap: shaft.laws.coupling().map_or(0.0, |coupling| coupling.half_gap),
+            delay_s: [shaft.laws.reading_age() + shaft.laws.command_age(), shaft.laws.reading_age()],
+            ageing: shaft.laws.ageing(),
+            held: shaft.laws.held(),
             shaft,
             supply,
             converter,
@@ -109,22 +138,33 @@ impl Plant {
     /// Whether another plant moves alike, so that only its readings differ.
     #[must_use]
     pub fn moves_like(&self, other: &Self) -> bool {
-        let motion =
-            |plant: &Self| Shaft { laws: without(&plant.shaft.laws, |acts| acts == Acts::Sensor), ..plant.shaft };
+        let motion = |plant: &Self| Shaft { laws: without_bends(&plant.shaft.laws), ..plant.shaft };
         let moves = |plant: &Self| plant.probe.is_some_and(|probe| probe.follows != Follows::Reading);
         motion(self) == motion(other)
             && self.delay_s == other.delay_s
+            && self.ageing == other.ageing
+            && self.held == other.held
             && self.half_play == other.half_play
             && !moves(self)
             && !moves(other)
     }
 
-    /// What no sensor sees at the start of a run, from the speed there.
+    /// What no sensor sees at the start of a run or after a hole in it, from the speed there, the time between samples (s) and
+    /// what was carried before the hole.
     #[must_use]
-    pub fn hidden_at_start(&self, speed: f64) -> Hidden {
+    pub fn hidden_at_start(&self, speed: f64, span: f64, before: &States) -> Hidden {
         // A shaft that turns slides and drags its wiper; one that does not is taken as relaxed.
         let dragging = (speed / 0.5).clamp(-1.0, 1.0);
-        Hidden { bristle: dragging, wiper_behind: self.half_play * dragging, ..Hidden::default() }
+        let mut states = self.shaft.laws.lasting(before);
+        self.shaft.laws.settle(&mut states, speed, dragging);
+        Hidden {
+            bristle: dragging,
+            wiper_behind: self.half_play * dragging,
+            twist: [self.half_gap * dragging, 0.0],
+            held_behind: speed * span * self.held / (1.0 - self.held),
+            states,
+            ..Hidden::default()
+        }
     }
 
     /// Rolls out one segment from an angle and a speed at its first sample (at the time the sensor shows there, so a
@@ -139,17 +179,30 @@ impl Plant {
         wipers: &mut [f64],
         currents: Option<&mut [f64]>,
     ) -> End {
-        let shaft = if track.terminals_measured { &self.terminals } else { &self.shaft };
+        let cold = if track.terminals_measured { &self.terminals } else { &self.shaft };
+        let mut shaft = if self.warms { cold.warmed(&hidden.states) } else { *cold };
+        let [twist, twist_rate] = hidden.twist;
         let mut motion = Motion {
-            state: ShaftState { angle: start[0], speed: start[1], current: hidden.current, bristle: hidden.bristle },
+            state: ShaftState {
+                angle: start[0],
+                speed: start[1],
+                current: hidden.current,
+                bristle: hidden.bristle,
+                twist,
+                twist_rate,
+            },
             wiper: start[0] - hidden.wiper_behind,
             states: hidden.states,
             drawn_as: 0.0,
+            heat_j: [0.0; 2],
         };
-        let mut drive = DriveCursor::new(track, segment.first, self.delay_s);
+        let delay = self.delay_s[usize::from(track.terminals_measured)];
+        let aged = |k: usize| delay + self.ageing * (track.t[k] - track.t[0]);
+        let mut drive = DriveCursor::new(track, segment.first, aged(segment.first));
+        let (mut shown, mut held_behind) = (self.shown(&motion), hidden.held_behind);
         let mut known: Option<(Stepper, usize, f64)> = None;
         let mut currents = currents;
-        wipers[0] = motion.wiper;
+        wipers[0] = shown - held_behind;
         // The last sample leads on to the next segment. Where a hole in the recording lies between, nothing is carried
         // over it, and it may be hours long.
         let samples = segment.last - segment.first;
@@ -159,14 +212,17 @@ impl Plant {
             f64::INFINITY
         };
         for k in segment.first..segment.last.min(track.t.len() - 1) {
-            let span = (track.t[k + 1] - track.t[k]).min(longest_span);
+            // Between two readings the shaft moves on by the time between their instants, not between their stamps.
+            let span = (track.t[k + 1] - track.t[k]).min(longest_span) * (1.0 - self.ageing);
+            drive.delay = aged(k);
             if known.as_ref().is_none_or(|(.., known_span)| (span - known_span).abs() >= 1e-7) {
                 let steps = (span / self.longest_step - 1e-3).ceil().max(1.0);
                 known = Some((shaft.stepper(span / steps), steps as usize, span));
             }
             let Some((stepper, steps, _)) = &known else { continue };
+            let steps = *steps;
             let mut current = 0.0;
-            for j in 0..*steps {
+            for j in 0..steps {
                 let (step, from) = (stepper.step(), track.t[k] + j as f64 * stepper.step());
                 // A late drive switches the bridge inside a step: the step is cut there, for no mean stands for both.
                 let Some(first) = drive.switch_within(track, from, step) else {
@@ -183,18 +239,30 @@ impl Plant {
             // What the supply remembers advances with the mean current, as in a control period of the simulation.
             shaft.laws.draw(&mut motion.states, motion.drawn_as / span, span);
             motion.drawn_as = 0.0;
+            if self.warms {
+                let [winding, friction] = motion.heat_j.map(|heat| heat / span);
+                shaft.laws.warm(&mut motion.states, winding, friction, span);
+                motion.heat_j = [0.0; 2];
+                shaft = cold.warmed(&motion.states);
+                known = None;
+            }
             let place = k + 1 - segment.first;
+            let before = shown;
+            shown = self.shown(&motion);
+            held_behind = self.held * (held_behind + (shown - before));
             if k + 1 < segment.last {
-                wipers[place] = motion.wiper;
+                wipers[place] = shown - held_behind;
             }
             if let Some(currents) = currents.as_deref_mut() {
-                currents[place - 1] = current / *steps as f64;
+                currents[place - 1] = current / steps as f64;
             }
         }
         let hidden = Hidden {
             bristle: motion.state.bristle,
             current: motion.state.current,
             wiper_behind: motion.state.angle - motion.wiper,
+            twist: [motion.state.twist, motion.state.twist_rate],
+            held_behind,
             states: motion.states,
         };
         End { hidden, shaft: [motion.state.angle, motion.state.speed] }
@@ -219,19 +287,36 @@ impl Plant {
                 self.supply.rail_v
             } else {
                 let fallen = shaft.laws.supply_fallen(&motion.states);
-                self.supply.rail(shaft, duty, motion.state.speed, fallen)
+                self.supply.rail(shaft, duty, stepper.motor_speed(&motion.state), fallen)
             };
-            Terminals::Driven { voltage: duty * rail }
+            stepper.terminals(duty, rail)
         };
         let torque = self.probe.as_ref().map_or(0.0, |probe| {
-            let voltage = if let Terminals::Driven { voltage } = terminals { voltage } else { 0.0 };
+            let voltage = match terminals {
+                Terminals::Driven { voltage } | Terminals::Switched { voltage, .. } => voltage,
+                Terminals::Open => 0.0,
+            };
             let ShaftState { angle, speed, .. } = motion.state;
             probe.torque(Moment { angle, speed, voltage, time: track.t[k] - track.t[0] })
         });
         let means = stepper.advance_under(&mut motion.state, terminals, torque);
         motion.drawn_as += duty * means.current * stepper.step();
-        motion.wiper = dragged(motion.wiper, self.half_play, motion.state.angle);
+        let before = motion.wiper;
+        motion.wiper = dragged(before, self.half_play, motion.state.angle);
+        if self.follows {
+            shaft.laws.follow(&mut motion.states, motion.wiper - before, stepper.step());
+        }
+        if self.warms {
+            motion.heat_j[0] += shaft.resistance_ohm * means.current * means.current * stepper.step();
+            motion.heat_j[1] += means.rubbing_w * stepper.step();
+        }
         means.current
+    }
+
+    /// Where the sensor sees the wiper, rad.
+    #[inline]
+    fn shown(&self, motion: &Motion) -> f64 {
+        if self.follows { motion.wiper - self.shaft.laws.behind(&motion.states) } else { motion.wiper }
     }
 }
 
@@ -243,6 +328,8 @@ struct Motion {
     states: States,
     /// Charge that the bridge has drawn since the last sample, A·s.
     drawn_as: f64,
+    /// What the winding and friction have turned into heat since the last sample, J.
+    heat_j: [f64; 2],
 }
 
 /// Parts of a step shorter than this share of it are not worth a step of their own.

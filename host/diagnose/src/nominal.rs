@@ -60,6 +60,9 @@ impl FileModel {
             torque_nm: stall_nm.max(shaft.laws.largest_torque()),
             rail_v,
             resistance_ohm: shaft.resistance_ohm,
+            inertia_kg_m2: shaft.inertia_kg_m2,
+            free_speed: rail_v / shaft.torque_constant,
+            gear_ratio: robot.motor.gear_ratio.value,
         };
         let effects: BTreeMap<Id, Vec<f64>> =
             robot.effects.listed().filter_map(|id| Some((id, robot.effects.values(id)?))).collect();
@@ -113,8 +116,7 @@ impl FileModel {
     /// How many starting points effects are worth.
     #[must_use]
     pub fn starts(&self, added: &[Id]) -> usize {
-        let two = added.iter().flat_map(|id| id.fit(&self.sizes)).any(|one| one.has_two_starts());
-        if two { 2 } else { 1 }
+        added.iter().flat_map(|id| id.fit(&self.sizes)).map(|one| one.count_of_starts()).max().unwrap_or(1)
     }
 
     /// The plant with added effects, its free numbers at these coordinates.
@@ -245,3 +247,6 @@ fn spread_left(robot: &Robot, id: Id, values: &[f64], ranges: Vec<f64>) -> Vec<f
     let unknown = values.iter().all(|value| *value == 0.0);
     if corrected && unknown && id.spec().acts == Acts::Sensor { vec![0.0; ranges.len()] } else { ranges }
 }
+
+#[cfg(test)]
+mod tests;

@@ -54,7 +54,10 @@ pub fn rollout(
         let hidden = match frozen {
             Some(frozen) => frozen[i],
             None if segment.linked => carried,
-            None => plant.hidden_at_start(starts[i][1]),
+            None => {
+                let span = track.t[(segment.first + 1).min(track.t.len() - 1)] - track.t[segment.first];
+                plant.hidden_at_start(starts[i][1], span, &carried.states)
+            }
         };
         rolled.hidden.push(hidden);
         let currents = if with_current { Some(&mut rolled.currents[offset..=offset + length]) } else { None };

@@ -178,9 +178,10 @@ fn curve_groups(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Group> {
 fn shapes(model: &FileModel, effect: Id) -> usize {
     let starts = |start: usize| -> Vec<f64> {
         let free = model.with(&[effect], start);
-        free.iter().filter(|one| one.scale == Scale::Log).map(|one| one.start).collect()
+        free.iter().filter(|one| one.scale == Scale::Log || one.low > 0.0).map(|one| one.start).collect()
     };
-    if model.starts(&[effect]) > 1 && starts(0) != starts(1) { 2 } else { 1 }
+    let all = model.starts(&[effect]);
+    if (1..all).any(|start| starts(start) != starts(0)) { all } else { 1 }
 }
 
 /// The plants with each number that says how large an effect is at one of its units, the others at rest.

@@ -5,6 +5,7 @@ use effects::{Acts, Id};
 use rayon::prelude::*;
 use robot_file::robot::Robot;
 
+use super::DiagnoseError;
 use super::fit::Fit;
 use super::selection::reaches;
 use super::session::{Evaluation, Session};
@@ -52,9 +53,11 @@ const MOST_FURTHER: usize = 3;
 /// Pairs are formed among this many of the best single effects.
 const PAIRED: usize = 3;
 
-/// Every effect on the shaft that the file lacks and that these runs can show.
-#[must_use]
-pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
+/// Every effect that a diagnosis tries and some that are asked for, as far as the file lacks them and these runs can show them.
+///
+/// # Errors
+/// Where that leaves nothing of an effect that is asked for.
+pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<Id>, DiagnoseError> {
     let tracks = || session.fit.iter().chain(&session.held_out);
     let in_file = |id: Id| robot.effects.listed().any(|listed| listed == id || listed.contains(id));
     let shows = |id: &Id| match id.spec().acts {
@@ -63,7 +66,20 @@ pub fn candidates(session: &Session, robot: &Robot) -> Vec<Id> {
         Acts::Shaft | Acts::Sensor => true,
         Acts::Foot | Acts::Ground => false,
     };
-    Id::all().filter(|&id| !in_file(id)).filter(shows).collect()
+    for id in asked {
+        let why = if in_file(*id) {
+            "the robot file has it already, or one that contains it"
+        } else if id.spec().acts.on_the_ground() {
+            "no recording of a shaft shows it"
+        } else if !shows(id) {
+            "it lies before what these runs measured of the drive"
+        } else {
+            continue;
+        };
+        return Err(DiagnoseError::CannotTry { effect: id.name().to_owned(), why: why.to_owned() });
+    }
+    let tried = |id: &Id| id.spec().candidate || asked.contains(id);
+    Ok(Id::all().filter(tried).filter(|&id| !in_file(id)).filter(shows).collect())
 }
 
 /// Fits and judges every effect on its own, the best few of those that were tried before from where they ended too; `done`

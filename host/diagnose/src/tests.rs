@@ -1,7 +1,10 @@
 //! The mechanics, on data made with the model itself: what was put in comes out. Whether the diagnosis finds what a
 //! richer world hides is the system tests' business.
 
-use effects::{CoulombFriction, DriverDeadband, DriverDrop, GravityTilt, Laws, LoadFriction, StribeckFriction};
+use effects::{
+    BiasTorque, CoulombFriction, DriverDeadband, DriverDrop, GravityTilt, Laws, LoadFriction, ShaftCompliance,
+    StribeckFriction, TorqueRipple,
+};
 use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -417,4 +420,72 @@ fn other_columns_and_rates_work() {
     let diagnosis = diagnose(&bench(), &sparse[..4], &sparse[4..], &Options::default()).unwrap();
     assert!(diagnosis.detail.candidates.iter().all(|one| !one.effects.contains(&"battery_sag".to_owned())));
     assert!(diagnosis.before < 1.3 * diagnosis.noise_floor, "{:?}", diagnosis.detail.summary);
+}
+
+fn asked(effect: &str) -> Options {
+    Options { also_try: vec![Id::of(effect).unwrap()], ..Options::default() }
+}
+
+/// Where it is asked for, named and of the right size.
+fn assert_found_if_asked(rig: &Rig, effect: &str, key: &str, truth: f64) {
+    let runs = rig.runs(3);
+    let diagnosis = diagnose(&bench(), &runs[..4], &runs[4..], &asked(effect)).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::Explained, "{:?}", diagnosis.detail.summary);
+    let [cause] = diagnosis.causes.as_slice() else { panic!("{:?}", diagnosis.causes) };
+    assert_eq!((cause.effect.as_str(), cause.also.len()), (effect, 0));
+    let [value, low, high] = cause.parameters[key];
+    println!("{effect}.{key}: {value} ({low} … {high}), {truth} was put in");
+    assert!((0.6..1.5).contains(&(value / truth)), "{key}: {value}, truth {truth}");
+    assert!(diagnosis.after < 1.05 * diagnosis.noise_floor, "{:?}", diagnosis.detail.summary);
+}
+
+#[test]
+fn a_constant_torque_is_found_if_it_is_asked_for_and_not_tried_else() {
+    let law = BiasTorque { torque_nm: 1e-4 };
+    let rig = changed(|rig| rig.shaft.laws.bias_torque = Some(law));
+    assert_found_if_asked(&rig, "bias_torque", "torque_nm", 1e-4);
+    let by_itself = diagnosed(&rig, 3);
+    let tried = by_itself.detail.candidates.iter().flat_map(|one| &one.effects);
+    let all: Vec<&str> = tried.map(String::as_str).collect();
+    assert!(all.contains(&"gravity_tilt") && !all.contains(&"bias_torque"), "{all:?}");
+}
+
+#[test]
+fn torque_ripple_of_any_order_is_found_if_it_is_asked_for() {
+    let law = TorqueRipple { order: 7.0, torque_nm: 2e-4, phase_rad: 0.7 };
+    let rig = changed(|rig| rig.shaft.laws.torque_ripple = Some(law));
+    assert_found_if_asked(&rig, "torque_ripple", "torque_nm", 2e-4);
+}
+
+#[test]
+fn a_flexible_shaft_is_found_if_it_is_asked_for() {
+    let law = ShaftCompliance { stiffness_nm_per_rad: 4e-3, damping_ratio: 0.1, load_share: 0.35 };
+    let rig = changed(|rig| rig.shaft.laws.shaft_compliance = Some(law));
+    assert_found_if_asked(&rig, "shaft_compliance", "load_share", 0.35);
+}
+
+#[test]
+fn what_cannot_be_tried_is_refused() {
+    let runs = Rig::off().runs(3);
+    let refused =
+        |robot: &Robot, runs: &[Recording], effect: &str| match diagnose(robot, &runs[..4], &runs[4..], &asked(effect))
+        {
+            Err(DiagnoseError::CannotTry { effect: named, why }) => {
+                assert_eq!(named, effect);
+                why
+            }
+            other => panic!("{other:?}"),
+        };
+    assert!(refused(&bench(), &runs, "foot_stribeck").contains("no recording"));
+    let bias = "[effects.bias_torque]\ntorque_nm = { value = 0.0, low = -1e-5, high = 1e-5, source = \"test\" }\n";
+    let robot = edited(|text| text + bias).robot().unwrap();
+    assert!(refused(&robot, &runs, "bias_torque").contains("has it already"));
+    let measured: Vec<Recording> = runs
+        .iter()
+        .map(|run| {
+            let Drive::Duty(duty) = &run.drive else { panic!("duties were recorded") };
+            Recording { drive: Drive::Voltage(duty.iter().map(|duty| 5.0 * duty).collect()), ..run.clone() }
+        })
+        .collect();
+    assert!(refused(&bench(), &measured, "driver_dead_time").contains("measured"));
 }

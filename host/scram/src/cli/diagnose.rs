@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use diagnose::{Detail, Diagnosis, FittedParameter, Options, Progress, Verdict, diagnose, extend};
+use effects::Id;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use plot::report::{About, html};
@@ -50,6 +51,9 @@ pub struct Diagnose {
     /// A recording to judge on and never to fit on, listed among the runs or not; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
+    /// Try this effect too, which a diagnosis does not try by itself; repeatable
+    #[arg(long = "try", value_name = "EFFECT", value_parser = effect)]
+    also_try: Vec<Id>,
     #[command(flatten)]
     mapping: MappingArgs,
     #[command(flatten)]
@@ -101,7 +105,8 @@ impl Diagnose {
 
     /// Diagnoses, writes it down and tells it.
     fn diagnose(&self, robot: &Robot, fit: &[Recording], held_out: &[Recording], out: &Path) -> Result<Files, Failure> {
-        let options = Options { seed: self.common.seed, progress: Some(progress()), ..Options::default() };
+        let also_try = self.also_try.clone();
+        let options = Options { seed: self.common.seed, also_try, progress: Some(progress()), ..Options::default() };
         let diagnosis = diagnose(robot, fit, held_out, &options).map_err(Report::from)?;
 
         // A number that the robot file refuses must not cost the report.
@@ -258,6 +263,15 @@ impl Diagnose {
         extend(&mut document, fitted, &source)?;
         Ok(document)
     }
+}
+
+/// An effect of the shaft by name.
+fn effect(name: &str) -> Result<Id, String> {
+    let known = |id: &Id| !id.spec().acts.on_the_ground();
+    Id::of(name).filter(known).ok_or_else(|| {
+        let names: Vec<&str> = Id::all().filter(known).map(Id::name).collect();
+        format!("the effects of a shaft are {}", names.join(", "))
+    })
 }
 
 /// The robot file of a model, from 1.

@@ -1,0 +1,64 @@
+//! `driver_dead_time`: in every PWM period the bridge is open for a while, and the current takes the diodes' way.
+//!
+//! `Δv = −V·lost·sign i` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches; no current flows while
+//! the winding's own voltage is less (N. Mohan, T. Undeland, W. Robbins, "Power Electronics", 2003, section 8.5: effect of
+//! blanking time). What the robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
+
+use crate::effect::{BridgeDrop, Effect};
+use crate::fit::{FitNumber, Sizes};
+use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
+
+/// The share of a period that goes to the diodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriverDeadTime {
+    /// Dead time × PWM frequency, 1.
+    pub lost_duty: f64,
+}
+
+impl Effect for DriverDeadTime {
+    type State = ();
+
+    const SPEC: Spec = Spec {
+        name: "driver_dead_time",
+        summary: "Voltage lost against the current in every PWM period that switches.",
+        title: "the driver's dead time",
+        clause: "a share of every PWM period in which the bridge is open",
+        law: "v = duty·V − lost·V·sign i where 0 < |duty| < 1, lost = t_dead·f_pwm; i = 0 while |duty·V − K ω| < lost·V",
+        source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 8.5 (effect of blanking time)",
+        parameters: &[Parameter::new("lost_duty", "Dead time × PWM frequency.", 0.0, 0.5)],
+        acts: Acts::Bridge,
+        shows_in: Coordinate::Voltage,
+        candidate: false,
+        contains: &[],
+        mistaken_for: &[
+            Confusion {
+                with: "driver_drop",
+                when: "the supply is the same everywhere and the duty never full",
+                experiment: "hold full duty and one step less: dead time is gone at full duty, a drop stays; or halve the \
+                             supply, which halves the one and leaves the other",
+            },
+            Confusion {
+                with: "driver_deadband",
+                when: "the motor never brakes itself through the bridge",
+                experiment: "lower the duty in steps while the shaft turns fast: a deadband takes a share of the command \
+                             whichever way the current flows, dead time acts against the current",
+            },
+        ],
+        resembles: &[],
+        experiment: None,
+        not_in_mujoco: None,
+    };
+
+    fn from_values(values: &[f64]) -> Self {
+        Self { lost_duty: values[0] }
+    }
+
+    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
+        vec![FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5])]
+    }
+
+    #[inline]
+    fn bridge(&self) -> BridgeDrop {
+        BridgeDrop { of_supply: self.lost_duty, ..BridgeDrop::default() }
+    }
+}

@@ -1,0 +1,94 @@
+//! `shaft_compliance`: the load turns on a spring behind the motor.
+//!
+//! `J_M dω_M/dt = τ_M − T`, `J_L dω_L/dt = τ_L + T`, `T = k·φ + 2ζ√(k J_r)·dφ/dt` for the twist `φ = θ_M − θ_L` between two
+//! inertias, `J_r = J_M J_L/(J_M + J_L)`; `θ_L` is what the sensor sees. It rings with `√(k/J_r)` (two-mass system: R. Isermann,
+//! "Mechatronic Systems", 2005, section 6.2; W. Leonhard, "Control of Electrical Drives", 2001). How the two advance:
+//! `hal_sim::shaft`.
+
+use crate::effect::{Coupling, Effect};
+use crate::fit::{FitNumber, Sizes};
+use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
+
+/// A spring between motor and load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShaftCompliance {
+    /// Of the spring, N·m/rad; positive.
+    pub stiffness_nm_per_rad: f64,
+    /// Of the critical damping, 1.
+    pub damping_ratio: f64,
+    /// Share of the whole inertia behind the spring, within 0 … 1.
+    pub load_share: f64,
+}
+
+/// The share of the inertia that is behind a spring or a play, as a fit moves it.
+pub(super) fn load_share() -> FitNumber {
+    FitNumber { prior: 2.0, ..FitNumber::linear("load_share", "the share of the inertia behind it", 0.1, 0.4, [0.02, 0.98]) }
+}
+
+/// A spring's stiffness at a natural frequency (rad/s) of a rig with two fifths of its inertia behind it.
+pub(super) fn stiffness(sizes: &Sizes, natural: f64) -> f64 {
+    0.4 * 0.6 * sizes.inertia_kg_m2 * natural * natural
+}
+
+impl Effect for ShaftCompliance {
+    type State = ();
+
+    const SPEC: Spec = Spec {
+        name: "shaft_compliance",
+        summary: "The load turns on a spring behind the motor.",
+        title: "a flexible shaft",
+        clause: "a load that turns on a spring behind the motor",
+        law: "T = k·φ + 2ζ√(k·J_r)·dφ/dt between motor and load, φ = θ_motor − θ, J_r = J·share·(1 − share)",
+        source: "R. Isermann, \"Mechatronic Systems\", 2005, 6.2 (two-mass system)",
+        parameters: &[
+            Parameter::new("stiffness_nm_per_rad", "Stiffness k, at the output shaft.", 1e-6, 1e6),
+            Parameter::new("damping_ratio", "Damping ζ of the two against each other; 1 is critical.", 0.0, 10.0),
+            Parameter::new("load_share", "Share of the whole inertia that lies behind the spring.", 0.01, 0.99),
+        ],
+        acts: Acts::Shaft,
+        shows_in: Coordinate::Time,
+        candidate: false,
+        contains: &[],
+        mistaken_for: &[
+            Confusion {
+                with: "backlash",
+                when: "the torque changes its sign all the time",
+                experiment: "hold the motor on one side with a constant torque and shake it a little: a spring rings there as \
+                             well, teeth that touch do not",
+            },
+            Confusion {
+                with: "sensor_delay",
+                when: "the drive changes slowly",
+                experiment: "reverse the drive abruptly: a spring rings, a late reading is late by the same time everywhere",
+            },
+        ],
+        resembles: &[],
+        experiment: Some("reverse the drive abruptly, and sweep it through the frequencies at a small amplitude"),
+        not_in_mujoco: None,
+    };
+
+    fn from_values(values: &[f64]) -> Self {
+        Self { stiffness_nm_per_rad: values[0], damping_ratio: values[1], load_share: values[2] }
+    }
+
+    /// From springs at 12, 30, 75 and 5 Hz.
+    fn fit(sizes: &Sizes) -> Vec<FitNumber> {
+        let start = |natural_hz: f64| stiffness(sizes, std::f64::consts::TAU * natural_hz);
+        let spring = FitNumber::log("stiffness", "the spring", [start(12.0); 2], [start(1.0), start(400.0)], f64::INFINITY);
+        let damping = FitNumber::linear("spring_damping", "the spring's damping", 0.1, 0.1, [0.0, 2.0]);
+        vec![
+            FitNumber { starts: [12.0, 30.0, 75.0, 5.0].map(start).to_vec(), ..spring },
+            FitNumber { prior: 3.0, ..damping },
+            load_share(),
+        ]
+    }
+
+    fn coupling(&self) -> Option<Coupling> {
+        Some(Coupling {
+            half_gap: 0.0,
+            stiffness: self.stiffness_nm_per_rad,
+            damping_ratio: self.damping_ratio,
+            load_share: self.load_share,
+        })
+    }
+}
