@@ -86,6 +86,17 @@ impl Fit {
         })
     }
 
+    /// How many of resistance, torque constant and inertia have run to the end of what a fit tries: five times or a fifth of
+    /// what the file says. They say nothing then, and the model is not where it should be.
+    #[must_use]
+    pub fn at_bounds(&self) -> usize {
+        let at_bound = |(one, at): &(&Free, &f64)| {
+            let motor = matches!(one.number, Number::Resistance | Number::TorqueConstant | Number::Inertia);
+            motor && (**at <= one.coordinate(one.low) + 1e-6 || **at >= one.coordinate(one.high) - 1e-6)
+        };
+        self.free.iter().zip(&self.coordinates).filter(at_bound).count()
+    }
+
     /// The model with the fitted numbers.
     #[must_use]
     pub fn plant(&self, model: &FileModel) -> Plant {

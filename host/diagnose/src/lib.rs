@@ -77,7 +77,6 @@ use robot_file::robot::Robot;
 
 use fit::Fit;
 use inquiry::{Found, Inquiry};
-use numbers::Number;
 use recording::Recording;
 use search::Candidate;
 use selection::{Decision, Selection};
@@ -250,11 +249,7 @@ fn open(
 
 /// Whether the refit of a model that misses by far has driven its numbers to where no motor of this kind has them.
 fn is_implausible(session: &Session, baseline: &Candidate) -> bool {
-    let at_bound = baseline.fit.free.iter().zip(&baseline.fit.coordinates).filter(|(free, at)| {
-        let motor = matches!(free.number, Number::Resistance | Number::TorqueConstant | Number::Inertia);
-        motor && (**at <= free.coordinate(free.low) + 1e-6 || **at >= free.coordinate(free.high) - 1e-6)
-    });
-    baseline.mean_square() > IMPLAUSIBLE * IMPLAUSIBLE * session.noise && at_bound.count() >= 2
+    baseline.mean_square() > IMPLAUSIBLE * IMPLAUSIBLE * session.noise && baseline.fit.at_bounds() >= 2
 }
 
 fn wrong_rig(robot: &Robot, session: &Session, baseline: &Candidate) -> DiagnoseError {

@@ -263,7 +263,9 @@ impl Selection<'_> {
             .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))?;
         let all = self.improvement(self.baseline, &self.candidates[best], 0.025)[0];
         let [value, low, _] = self.trimmed(self.baseline, &self.candidates[best]);
-        if all < LEAST_OVERALL || value < SUBSTANTIAL || low < 0.5 * SUBSTANTIAL {
+        let fit = &self.candidates[best].fit;
+        let astray = fit.at_bounds() > 0 || fit.strayed();
+        if astray || all < LEAST_OVERALL || value < SUBSTANTIAL || low < 0.5 * SUBSTANTIAL {
             return None;
         }
         let is_rival = |i: &usize| {

@@ -12,6 +12,7 @@ use std::path::Path;
 use rand::{RngExt, SeedableRng};
 use robot_file::robot::Quantity;
 
+use super::numbers::Number;
 use super::*;
 use recording::{AngleReading, Drive, Recording};
 
