@@ -25,6 +25,7 @@ pub mod catalogue;
 mod effect;
 mod fit;
 mod reference;
+mod relaxation;
 mod spec;
 
 pub use catalogue::*;

@@ -22,6 +22,7 @@ pub mod body;
 pub mod digital;
 pub mod driver;
 pub mod faults;
+pub mod heat;
 mod history;
 pub mod linearity;
 pub mod plant;

@@ -59,7 +59,8 @@ impl Potentiometer {
         }
     }
 
-    /// Moves the shaft (rad) within a step (s) and returns the angle that is read, rad: the wiper's, or what follows it. `cut` is a broken wiper lead.
+    /// Moves the shaft (rad) within a step (s) and returns the angle that is read, rad: the wiper's, or what follows it. `cut`
+    /// is a broken wiper lead.
     #[inline]
     pub fn step(&mut self, shaft_angle: f64, step: f64, cut: bool) -> f64 {
         let before = self.wiper;

@@ -12,6 +12,7 @@ use crate::adc::Adc;
 use crate::digital::Digital;
 use crate::driver::Driver;
 use crate::faults::{Fault, Faults, Line};
+use crate::heat::Heat;
 use crate::history::History;
 use crate::linearity;
 use crate::plant::Plant;
@@ -166,11 +167,11 @@ impl Holding {
     }
 }
 
-/// The shaft as cold as the file's, and what the winding and friction have turned into heat in this control period, J.
+/// The shaft as cold as the file's, and the heat of this control period.
 #[derive(Clone, Copy, Debug)]
 struct Warmth {
     cold: Shaft,
-    heat_j: [f64; 2],
+    heat: Heat,
 }
 
 /// The duties of past control periods, for a bridge that follows late.
@@ -275,7 +276,7 @@ impl SimulatedRobot {
         };
         let mut simulated = Self {
             late: Late::new(shaft.laws.command_age(), tick_s, steps_per_tick),
-            warmth: shaft.laws.warms().then_some(Warmth { cold: shaft, heat_j: [0.0; 2] }),
+            warmth: shaft.laws.warms().then_some(Warmth { cold: shaft, heat: Heat::default() }),
             stepper: shaft.stepper(step),
             steps_per_tick,
             tick_s,
@@ -380,8 +381,7 @@ impl SimulatedRobot {
             self.stepper.advance_under(&mut self.state, terminals, torque)
         };
         if let Some(warmth) = &mut self.warmth {
-            warmth.heat_j[0] += self.stepper.shaft().resistance_ohm * means.current * means.current * step;
-            warmth.heat_j[1] += means.rubbing_w * step;
+            warmth.heat.add(self.stepper.shaft(), &means, step);
         }
         if let Some(duty) = duty {
             self.supply.book(duty * means.current, step);
@@ -405,10 +405,8 @@ impl SimulatedRobot {
     /// Ends a control period.
     pub(crate) fn end_period(&mut self) {
         self.supply.end_period(&self.stepper.shaft().laws, self.tick_s);
-        if let Some(Warmth { cold, heat_j }) = &mut self.warmth {
-            let [winding, friction] = heat_j.map(|heat| heat / self.tick_s);
-            *heat_j = [0.0; 2];
-            cold.laws.warm(&mut self.supply.states, winding, friction, self.tick_s);
+        if let Some(Warmth { cold, heat }) = &mut self.warmth {
+            heat.warm(&cold.laws, &mut self.supply.states, self.tick_s);
             self.stepper = cold.warmed(&self.supply.states).stepper(self.stepper.step());
         }
         self.faults.advance(self.tick_s);

@@ -118,6 +118,8 @@ pub struct Stepper {
     lean: f64,
     /// None where there is none.
     drag: Option<Drag>,
+    /// Electrical time constant of the winding behind its bridge, s.
+    tau: f64,
     /// δ, rad; one where there is no friction.
     presliding: f64,
     /// Reciprocal of the presliding length, 1/rad.
@@ -173,6 +175,11 @@ struct Winding {
     ramp_mean: f64,
 }
 
+/// Beyond this, 1 − exp(−x) is 1 in an `f64`.
+const WHOLE: f64 = 38.0;
+/// Beyond this, exp(−x) is 0.
+const GONE: f64 = 746.0;
+
 impl Winding {
     /// No inductance, or a bridge whose diodes end the current at once: the current is always the settled one.
     const SETTLED: Self = Self { decay: 0.0, mean_share: 0.0, ramp_mean: 0.5 };
@@ -182,11 +189,12 @@ impl Winding {
             return Self::SETTLED;
         }
         let ratio = step / tau;
-        // −expm1 keeps the digits where the step is short against τ.
-        let mean_share = -(-ratio).exp_m1() / ratio;
+        // −expm1 keeps the digits where the step is short against τ. Of a long step, the exponentials are known to the last bit.
+        let mean_share = if ratio > WHOLE { 1.0 / ratio } else { -(-ratio).exp_m1() / ratio };
         let ramp_mean =
             if ratio < 1e-3 { ratio / 6.0 - ratio * ratio / 24.0 } else { 0.5 - (1.0 - mean_share) / ratio };
-        Self { decay: (-ratio).exp(), mean_share, ramp_mean }
+        let decay = if ratio > GONE { 0.0 } else { (-ratio).exp() };
+        Self { decay, mean_share, ramp_mean }
     }
 }
 
@@ -243,25 +251,21 @@ impl Coupled {
 }
 
 impl Shaft {
-    /// Works out what only depends on the step length (s).
+    /// Works out what does not change from step to step of a length (s).
     #[must_use]
     pub fn stepper(&self, step: f64) -> Stepper {
-        let coupled = self.laws.coupling().map(|law| Coupled::new(law, self.inertia_kg_m2, step));
-        let (part, inertia) = coupled.as_ref().map_or((step, self.inertia_kg_m2), |coupled| {
-            (step / coupled.parts as f64, self.inertia_kg_m2 - coupled.inertia)
-        });
         let bridge = self.laws.bridge();
-        let tau = self.inductance_h / (self.resistance_ohm + bridge.slope_ohm);
         let presliding = self.laws.presliding().unwrap_or(1.0);
         let drag = self.laws.drag();
-        Stepper {
+        let mut stepper = Stepper {
             shaft: *self,
             whole_step: step,
-            part,
-            inertia,
-            coupled,
-            driven: Winding::new(tau, part),
+            part: step,
+            inertia: self.inertia_kg_m2,
+            coupled: self.laws.coupling().map(|law| Coupled::new(law, self.inertia_kg_m2, step)),
+            driven: Winding::SETTLED,
             bridge,
+            tau: self.inductance_h / (self.resistance_ohm + bridge.slope_ohm),
             takes_of_supply: bridge.of_supply > 0.0 || bridge.of_pulses_v > 0.0,
             has_friction: self.laws.presliding().is_some(),
             lean: self.laws.friction_lean(),
@@ -269,8 +273,10 @@ impl Shaft {
             presliding,
             per_presliding: 1.0 / presliding,
             conductance: 1.0 / (self.resistance_ohm + bridge.slope_ohm),
-            stiffness: 0.25 * part * part / (presliding * inertia),
-        }
+            stiffness: 0.0,
+        };
+        stepper.set_step(step);
+        stepper
     }
 
     /// The shaft as warm as its effects remember.
@@ -322,6 +328,18 @@ impl Stepper {
     #[must_use]
     pub fn step(&self) -> f64 {
         self.whole_step
+    }
+
+    /// Goes on with steps of another length (s).
+    pub fn set_step(&mut self, step: f64) {
+        let whole = self.shaft.inertia_kg_m2;
+        (self.whole_step, self.part, self.inertia) = (step, step, whole);
+        self.coupled = self.coupled.map(|coupled| Coupled::new(coupled.law, whole, step));
+        if let Some(coupled) = &self.coupled {
+            (self.part, self.inertia) = (step / coupled.parts as f64, whole - coupled.inertia);
+        }
+        self.driven = Winding::new(self.tau, self.part);
+        self.stiffness = 0.25 * self.part * self.part / (self.presliding * self.inertia);
     }
 
     /// What a bridge that drives with a duty (−1 … 1) at a supply (V) does to the winding.

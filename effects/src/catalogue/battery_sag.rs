@@ -5,6 +5,7 @@
 
 use crate::effect::Effect;
 use crate::fit::{FitNumber, Sizes};
+use crate::relaxation::relaxed;
 use crate::spec::{Acts, Coordinate, Parameter, Spec};
 
 /// The supply's resistance, a part of it with a relaxation time.
@@ -70,8 +71,6 @@ impl Effect for BatterySag {
     /// The slow part's closed form at a constant current.
     #[inline]
     fn draw(&self, fallen: &mut f64, bridge_a: f64, time: f64) {
-        let target = self.relaxation_ohm * bridge_a;
-        let decay = if self.relaxation_s > 0.0 { (-time / self.relaxation_s).exp() } else { 0.0 };
-        *fallen = target + (*fallen - target) * decay;
+        *fallen = relaxed(*fallen, self.relaxation_ohm * bridge_a, time, self.relaxation_s);
     }
 }

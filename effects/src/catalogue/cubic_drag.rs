@@ -1,6 +1,7 @@
 //! `cubic_drag`: a torque against the motion that grows with the speed's cube.
 //!
-//! `τ = −drag·ω³`: the next odd term of a drag that no square follows (H. Olsson, K. Åström, C. Canudas de Wit, M. Gäfvert, P. Lischinsky, European J. Control 4, 1998 (polynomials of the speed)).
+//! `τ = −drag·ω³`: the next odd term of a drag that no square follows (H. Olsson, K. Åström, C. Canudas de Wit, M. Gäfvert,
+//! P. Lischinsky, European J. Control 4, 1998: polynomials of the speed).
 
 use crate::effect::{Drag, Effect};
 use crate::fit::{FitNumber, Sizes};
@@ -22,7 +23,8 @@ impl Effect for CubicDrag {
         title: "cubic drag",
         clause: "a torque against the motion that grows with the cube of the speed",
         law: "τ = −drag·ω³",
-        source: "H. Olsson, K. Åström, C. Canudas de Wit, M. Gäfvert, P. Lischinsky, European J. Control 4, 1998 (polynomials of the speed)",
+        source: "H. Olsson, K. Åström, C. Canudas de Wit, M. Gäfvert, P. Lischinsky, European J. Control 4, 1998 (polynomials \
+                 of the speed)",
         parameters: &[Parameter::drag("drag_nm_s3_per_rad3", "Torque over ω³.", 0.0, 1.0)],
         acts: Acts::Shaft,
         shows_in: Coordinate::Speed,

@@ -90,12 +90,12 @@ impl Effect for FrictionPatch {
     /// A fit has the middle a turn on: where it lies says nothing of how large the patch is, and is never none.
     fn values_of_fit(numbers: &[f64], values: &mut [f64]) {
         values.copy_from_slice(numbers);
-        values[1] = (numbers[1] + PI).rem_euclid(TAU) - PI;
+        values[1] = wrap(numbers[1]);
     }
 
     fn fit_of_values(values: &[f64], numbers: &mut [f64]) {
         numbers.copy_from_slice(values);
-        numbers[1] = TAU + (values[1] + PI).rem_euclid(TAU) - PI;
+        numbers[1] = TAU + wrap(values[1]);
     }
 
     #[inline]
@@ -109,11 +109,17 @@ impl Effect for FrictionPatch {
     }
 }
 
+/// An angle to −π … π, rad.
+#[inline]
+fn wrap(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
 impl FrictionPatch {
     /// Not inlined: it would make the friction of every other shaft too large to be.
     #[inline(never)]
     fn level(&self, angle: f64) -> f64 {
-        let away = (angle - self.middle_rad + PI).rem_euclid(TAU) - PI;
+        let away = wrap(angle - self.middle_rad);
         let edge = |end: f64| ((away + end) / self.edge_rad).tanh();
         0.5 * self.torque_nm * (edge(self.half_width_rad) - edge(-self.half_width_rad))
     }

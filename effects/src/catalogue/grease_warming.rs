@@ -6,6 +6,7 @@
 
 use crate::effect::Effect;
 use crate::fit::{FitNumber, Sizes};
+use crate::relaxation::relaxed;
 use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
 
 /// Grease that thins as it works.
@@ -68,8 +69,7 @@ impl Effect for GreaseWarming {
     /// The closed form at a constant loss.
     #[inline]
     fn warm(&self, fallen: &mut f64, _winding_w: f64, friction_w: f64, time: f64) {
-        let end = self.thinning_per_w * friction_w;
-        *fallen = end + (*fallen - end) * (-time / self.time_s).exp();
+        *fallen = relaxed(*fallen, self.thinning_per_w * friction_w, time, self.time_s);
     }
 
     #[inline]

@@ -1,6 +1,7 @@
 //! `quadratic_drag`: a torque against the motion that grows with the speed's square.
 //!
-//! `τ = −drag·ω·|ω|`: air around a fast eccentric, a bath of oil that is churned (F. M. White, "Fluid Mechanics", 2011, chapter 7: drag at high Reynolds numbers).
+//! `τ = −drag·ω·|ω|`: air around a fast eccentric, a bath of oil that is churned (F. M. White, "Fluid Mechanics", 2011,
+//! chapter 7: drag at high Reynolds numbers).
 
 use crate::effect::{Drag, Effect};
 use crate::fit::{FitNumber, Sizes};

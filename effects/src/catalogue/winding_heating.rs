@@ -7,6 +7,7 @@
 
 use crate::effect::Effect;
 use crate::fit::{FitNumber, Sizes};
+use crate::relaxation::relaxed;
 use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
 
 /// Temperature coefficient of copper's resistance at 20 °C, 1/K (IEC 60028).
@@ -76,8 +77,7 @@ impl Effect for WindingHeating {
     /// The closed form at a constant loss.
     #[inline]
     fn warm(&self, kelvin: &mut f64, winding_w: f64, _friction_w: f64, time: f64) {
-        let end = self.rise_k_per_w * winding_w;
-        *kelvin = end + (*kelvin - end) * (-time / self.time_s).exp();
+        *kelvin = relaxed(*kelvin, self.rise_k_per_w * winding_w, time, self.time_s);
     }
 
     #[inline]

@@ -35,13 +35,15 @@ const AT_ODDS: f64 = 2.0;
 pub struct Fit {
     /// Effects added to the file's model.
     pub effects: Vec<Id>,
-    /// The numbers that were moved.
+    /// The numbers that were moved, the file's own before those of the added effects.
     pub free: Vec<Free>,
+    /// How many are the file's own.
+    pub of_file: usize,
     /// Their coordinates.
     pub coordinates: Vec<f64>,
     /// Starts of the segments.
     pub starts: Starts,
-    /// Sum of squares, in units of sigma², prior included.
+    /// Sum of squares, in units of sigma², prior included: see [`misfit`].
     pub cost: f64,
     /// Covariance of the coordinates: the sandwich over segments, so that it holds for a wrong model too.
     pub covariance: DMatrix<f64>,
@@ -54,7 +56,15 @@ impl Fit {
         let free = model.with(effects, start);
         let coordinates: Vec<f64> = free.iter().map(|one| one.coordinate(one.start)).collect();
         let covariance = DMatrix::zeros(free.len(), free.len());
-        Self { effects: effects.to_vec(), free, coordinates, starts, cost: f64::INFINITY, covariance }
+        Self {
+            effects: effects.to_vec(),
+            of_file: model.own_numbers(),
+            free,
+            coordinates,
+            starts,
+            cost: f64::INFINITY,
+            covariance,
+        }
     }
 
     /// Takes over what another fit found for the numbers that both have.
@@ -77,10 +87,11 @@ impl Fit {
         }
     }
 
-    /// Whether a number is at odds with what the file says, by more than [`AT_ODDS`] of the standard deviation of its prior.
+    /// Whether a number of the file is at odds with what it says, by more than [`AT_ODDS`] of the standard deviation of its
+    /// prior.
     #[must_use]
     pub fn strayed(&self) -> bool {
-        self.free.iter().zip(&self.coordinates).any(|(one, at)| {
+        self.free.iter().zip(&self.coordinates).take(self.of_file).any(|(one, at)| {
             let from_file = at - one.coordinate(one.start);
             from_file.abs() > AT_ODDS * one.prior
         })
@@ -130,26 +141,59 @@ struct Reduced {
     blocks: Vec<Vec<(Normal2, Vec<[f64; 2]>)>>,
 }
 
-/// Fits in place. Stops after `rounds` or when the cost falls by less than `tolerance` of itself.
-pub fn fit(model: &FileModel, data: &Data, start: Fit, rounds: usize, tolerance: f64) -> Fit {
+/// When a fit ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Until {
+    /// After this many rounds.
+    pub rounds: usize,
+    /// Where a round lowers the cost by less than this share of it, or can promise no more.
+    pub tolerance: f64,
+    /// Where the cost is still above this after [`FIRST_ROUNDS`].
+    pub far: f64,
+}
+
+impl Until {
+    /// After rounds, or where the cost falls by less than a share of it.
+    #[must_use]
+    pub fn settled(rounds: usize, tolerance: f64) -> Self {
+        Self { rounds, tolerance, far: f64::INFINITY }
+    }
+}
+
+/// Rounds after which a fit that is far off is given up.
+const FIRST_ROUNDS: usize = 3;
+
+/// Fits from a start.
+pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
     let mut best = start;
     let mut rolled = roll_all(model, data, &best);
     best.cost = cost(data, &best, &rolled);
     let mut damping = 1e-3;
     let mut reduced = None;
-    for _ in 0..rounds {
+    for round in 0..until.rounds {
+        if round >= FIRST_ROUNDS && best.cost > until.far {
+            break;
+        }
         let equations = linearise(model, data, &best, &rolled);
         let mut fall = 0.0;
         for attempt in 0..6 {
-            let mut trial = step(&best, &equations, damping);
+            let (mut trial, promised) = step(&best, &equations, damping);
+            // A step that is damped more promises less, and may find more: only the first one tells.
+            if attempt == 0 && promised <= until.tolerance * best.cost {
+                break;
+            }
             let mut trial_rolled = roll_all(model, data, &trial);
             let mut trial_cost = cost(data, &trial, &trial_rolled);
             if trial_cost >= best.cost && attempt % 2 == 0 {
                 // The starts that went with the old numbers, or a linear step from them, may not suit the new ones.
                 let plant = trial.plant(model);
                 let guess = [best.starts.clone()];
-                let _ = rollout::refine_all(&plant, data.tracks, &mut trial.starts, &guess, 1);
-                trial_rolled = roll_all(model, data, &trial);
+                let refined = rollout::refine_all(&plant, data.tracks, &mut trial.starts, &guess, 1);
+                trial_rolled = if data.sigma_current.is_some() {
+                    roll_all(model, data, &trial)
+                } else {
+                    refined.into_iter().map(|(rolled, _)| rolled).collect()
+                };
                 trial_cost = cost(data, &trial, &trial_rolled);
             }
             if trial_cost < best.cost {
@@ -162,7 +206,7 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, rounds: usize, tolerance:
             damping *= 10.0;
         }
         reduced = Some(equations);
-        if fall <= tolerance * best.cost {
+        if fall <= until.tolerance * best.cost {
             break;
         }
     }
@@ -194,9 +238,9 @@ fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
             sum += current_residuals(track, rolled).map(|(_, r)| (r / sigma).powi(2)).sum::<f64>();
         }
     }
-    for (one, coordinate) in fit.free.iter().zip(&fit.coordinates) {
-        sum += ((coordinate - one.coordinate(one.start)) / one.prior).powi(2);
-    }
+    let off = |(one, at): (&Free, &f64)| ((at - one.coordinate(one.start)) / one.prior).powi(2);
+    let prior: f64 = fit.free.iter().zip(&fit.coordinates).map(off).sum();
+    sum += misfit(data, sum) * prior;
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
@@ -269,11 +313,11 @@ pub fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
 }
 
 fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Reduced {
-    let size = fit.free.len();
+    let (size, misfit) = (fit.free.len(), misfit(data, fit.cost));
     let columns = sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved(model, fit));
     let mut reduced = Reduced {
         matrix: DMatrix::zeros(size, size),
-        prior: fit.free.iter().map(|one| one.prior.powi(-2)).collect(),
+        prior: fit.free.iter().map(|one| prior_precision(one, misfit)).collect(),
         gradient: DVector::zeros(size),
         meat: DMatrix::zeros(size, size),
         blocks: Vec::with_capacity(columns.len()),
@@ -384,8 +428,8 @@ fn add_row(local: &mut [f64], right: &mut DVector<f64>, row: &[f64], r: f64) {
     }
 }
 
-/// One damped step of numbers and starts.
-fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
+/// One damped step of numbers and starts, and by how much the linear model promises that it lowers the cost.
+fn step(fit: &Fit, equations: &Reduced, damping: f64) -> (Fit, f64) {
     let size = fit.free.len();
     let mut matrix = equations.matrix.clone();
     for i in 0..size {
@@ -408,6 +452,8 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
         gradient[i] = 0.0;
     }
     let change = matrix.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&gradient));
+    // Of the whole step: what a bound cuts off may be all that there is to gain.
+    let mut promised = change.dot(&(2.0 * &gradient - &equations.matrix * &change));
     let mut trial = fit.clone();
     let mut moved = vec![0.0; size];
     for i in 0..size {
@@ -420,6 +466,8 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
     }
     for (starts, blocks) in trial.starts.iter_mut().zip(&equations.blocks) {
         for (start, (own, coupling)) in starts.iter_mut().zip(blocks) {
+            let alone = own.solve(own.gradient);
+            promised += own.gradient[0] * alone[0] + own.gradient[1] * alone[1];
             let mut right = own.gradient;
             for (coupling, moved) in coupling.iter().zip(&moved) {
                 right[0] -= coupling[0] * moved;
@@ -430,7 +478,7 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
             start[1] += step[1];
         }
     }
-    trial
+    (trial, promised)
 }
 
 fn lower(one: &Free) -> f64 {
@@ -443,22 +491,30 @@ fn lower(one: &Free) -> f64 {
 fn sandwich(equations: &Reduced, misfit: f64) -> DMatrix<f64> {
     let size = equations.gradient.len();
     let prior = DMatrix::from_diagonal(&DVector::from_column_slice(&equations.prior));
-    let mut matrix = (&equations.matrix - &prior) / misfit + &prior;
+    let mut matrix = &equations.matrix / misfit;
     for i in 0..size {
         matrix[(i, i)] = matrix[(i, i)] * (1.0 + 1e-9) + 1e-9;
     }
     match matrix.cholesky() {
         Some(factor) => {
             let inverse = factor.inverse();
-            &inverse * (&equations.meat / misfit.powi(2) + prior) * &inverse
+            &inverse * (&equations.meat / misfit + prior) / misfit * &inverse
         }
         // The data and the priors leave a direction open: nothing is known.
         None => DMatrix::from_diagonal_element(size, size, UNKNOWN * UNKNOWN),
     }
 }
 
-/// Mean square error over the noise's, never below 1.
-fn misfit(data: &Data, cost: f64) -> f64 {
+/// Weight of a number's prior in the normal equations, where the model misses the data by this much ([`misfit`]).
+#[must_use]
+pub fn prior_precision(one: &Free, misfit: f64) -> f64 {
+    misfit * one.prior.powi(-2)
+}
+
+/// Mean square error over the noise's, never below 1. Where the model misses the data by more than their noise, they say as
+/// much less beside the prior: the cost `S + (S/n)·P` of `n` readings has its minimum where `n ln S + P` has it, the likelihood
+/// of an error of unknown size. A wrong model would otherwise drive the numbers to where no motor has them, for next to nothing.
+pub fn misfit(data: &Data, cost: f64) -> f64 {
     let readings: f64 = data
         .tracks
         .iter()

@@ -8,7 +8,7 @@ use robot_file::robot::Robot;
 use super::bootstrap::Bootstrap;
 use super::screen::Screen;
 use super::search::{self, Candidate};
-use super::selection::{Decision, Selection, reaches};
+use super::selection::{Decision, Selection, leaves_much, reaches};
 use super::session::Session;
 use super::verdict::Verdict;
 use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
@@ -65,13 +65,6 @@ impl Found {
 }
 
 impl Inquiry<'_> {
-    /// Tells what is being done, and the share done.
-    pub fn tell(&self, what: &str, share: f64) {
-        if let Some(progress) = &self.options.progress {
-            progress(what, share);
-        }
-    }
-
     /// From the refitted nominal model to a decision.
     pub fn run(&self, mut session: Session, mut baseline: Candidate) -> Result<Found, DiagnoseError> {
         let effects = search::candidates(&session, self.robot, &self.options.also_try)?;
@@ -87,7 +80,7 @@ impl Inquiry<'_> {
             return Err(wrong_rig(self.robot, &found.session, &found.baseline));
         }
         if found.decision.verdict == Verdict::Unexplained {
-            self.tell("fitting pairs of effects", 0.7);
+            self.options.tell("fitting pairs of effects", 0.7);
             found.candidates.extend(search::pairs(&found.session, &found.candidates));
             search::apart(&found.session, &found.baseline, &mut found.candidates);
             found.refine_floor();
@@ -96,7 +89,7 @@ impl Inquiry<'_> {
         if let Some(named) = found.decision.named() {
             found.rest = self.screen(&found.session, &found.candidates[named], &effects);
             if found.candidates[named].effects.len() == 1 && found.decision.verdict != Verdict::Unexplained {
-                self.tell("fitting second effects", 0.85);
+                self.options.tell("fitting second effects", 0.85);
                 self.second(&mut found, named, &effects);
             }
         }
@@ -129,14 +122,14 @@ impl Inquiry<'_> {
             if !screen.alarm() {
                 self.add_curves(&mut screen, session, baseline);
             }
-            if !screen.alarm() && !Selection::leaves_much(session.noise, baseline) {
+            if !screen.alarm() && !leaves_much(session.noise, baseline) {
                 return Ok((screen, Vec::new()));
             }
             let done = AtomicUsize::new(0);
             candidates = search::singles(session, baseline, effects, &candidates, &|| {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 let passes = pass as f64 + done as f64 / effects.len() as f64;
-                self.tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
+                self.options.tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
             });
             // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
             let best = best(&candidates).filter(|best| !reaches(session.noise, baseline, best));
@@ -159,14 +152,17 @@ impl Inquiry<'_> {
             return;
         }
         found.candidates.extend(pairs);
+        let screened = found.candidates[named].fit.coordinates.clone();
         // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
         search::apart(&found.session, &found.baseline, &mut found.candidates);
         found.decide(true);
         if let Some(pair) = found.selection().with_second(&found.decision) {
             found.decision = pair;
         }
-        if let Some(named) = found.decision.named() {
-            found.rest = self.screen(&found.session, &found.candidates[named], effects);
+        if let Some(now) = found.decision.named()
+            && (now != named || found.candidates[now].fit.coordinates != screened)
+        {
+            found.rest = self.screen(&found.session, &found.candidates[now], effects);
         }
     }
 }

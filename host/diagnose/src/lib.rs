@@ -108,6 +108,14 @@ pub struct Options {
     pub progress: Option<Progress>,
 }
 
+impl Options {
+    fn tell(&self, what: &str, share: f64) {
+        if let Some(progress) = &self.progress {
+            progress(what, share);
+        }
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Self { seed: 1, threads: 0, horizon_s: None, also_try: Vec::new(), progress: None }
@@ -193,13 +201,12 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, DiagnoseError> {
     in_pool(options, || {
-        let inquiry = Inquiry { robot, options };
-        inquiry.tell("refitting the model's numbers", 0.0);
+        options.tell("refitting the model's numbers", 0.0);
         let (session, baseline) = open(robot, fit, held_out, options)?;
-        let found = inquiry.run(session, baseline)?;
-        inquiry.tell("writing down", 0.97);
+        let found = Inquiry { robot, options }.run(session, baseline)?;
+        options.tell("writing down", 0.97);
         let diagnosis = write_down(robot, &found);
-        inquiry.tell("done", 1.0);
+        options.tell("done", 1.0);
         Ok(diagnosis)
     })
 }

@@ -2,6 +2,7 @@
 //! out freely over one segment of a run.
 
 use effects::{Acts, Id, Laws, States};
+use hal_sim::heat::Heat;
 use hal_sim::plant::{Plant as FilePlant, dragged};
 use hal_sim::shaft::{Shaft, ShaftState, Stepper, Terminals};
 use hal_sim::supply::Supply;
@@ -27,9 +28,9 @@ pub struct Hidden {
     pub states: States,
 }
 
-/// Where a rollout ends: what the next one starts with.
+/// Where a rollout ends, and the next one begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct End {
+pub struct Boundary {
     /// What no sensor sees.
     pub hidden: Hidden,
     /// Angle (rad, not wrapped) and speed (rad/s) of the shaft.
@@ -72,22 +73,23 @@ pub struct Plant {
 /// A span of more than this many mean spans of its segment is a hole. No segment has one inside.
 const LONGEST_SPAN: f64 = 10.0;
 
-/// Laws without the effects that act in some places.
-fn without(laws: &Laws, acts: impl Fn(Acts) -> bool) -> Laws {
+/// Laws without some of the effects.
+fn without(laws: &Laws, left_out: impl Fn(&Id) -> bool) -> Laws {
     let mut left = *laws;
-    for id in laws.listed().filter(|id| acts(id.spec().acts)) {
+    for id in laws.listed().filter(left_out) {
         id.put(&mut left, None);
     }
     left
 }
 
-/// Laws without those that bend the readings and leave the motion, and what follows it, alone.
-fn without_bends(laws: &Laws) -> Laws {
-    let mut left = *laws;
-    for id in laws.listed().filter(|id| id.spec().acts == Acts::Sensor && !id.carries_state()) {
-        id.put(&mut left, None);
-    }
-    left
+/// Whether an effect acts before the motor's terminals.
+fn before_terminals(id: &Id) -> bool {
+    matches!(id.spec().acts, Acts::Command | Acts::Bridge | Acts::Supply)
+}
+
+/// Whether it bends the readings and leaves the motion, and what follows it, alone.
+fn bends(id: &Id) -> bool {
+    id.spec().acts == Acts::Sensor && !id.carries_state()
 }
 
 fn any(laws: &Laws, acts: Acts) -> bool {
@@ -99,7 +101,6 @@ impl Plant {
     #[must_use]
     pub fn new(file: FilePlant, converter: Option<ConverterError>, longest_step: f64) -> Self {
         let FilePlant { supply, shaft, half_play, .. } = file;
-        let before_terminals = |acts| matches!(acts, Acts::Command | Acts::Bridge | Acts::Supply);
         Self {
             terminals: Shaft { laws: without(&shaft.laws, before_terminals), ..shaft },
             stiff_supply: supply.cell.is_none() && !any(&shaft.laws, Acts::Supply),
@@ -138,7 +139,7 @@ impl Plant {
     /// Whether another plant moves alike, so that only its readings differ.
     #[must_use]
     pub fn moves_like(&self, other: &Self) -> bool {
-        let motion = |plant: &Self| Shaft { laws: without_bends(&plant.shaft.laws), ..plant.shaft };
+        let motion = |plant: &Self| Shaft { laws: without(&plant.shaft.laws, bends), ..plant.shaft };
         let moves = |plant: &Self| plant.probe.is_some_and(|probe| probe.follows != Follows::Reading);
         motion(self) == motion(other)
             && self.delay_s == other.delay_s
@@ -167,40 +168,46 @@ impl Plant {
         }
     }
 
+    fn cold(&self, track: &Track) -> &Shaft {
+        if track.terminals_measured { &self.terminals } else { &self.shaft }
+    }
+
+    /// For the rollouts of a track.
+    #[must_use]
+    pub fn stepper(&self, track: &Track) -> Stepper {
+        self.cold(track).stepper(self.longest_step)
+    }
+
     /// Rolls out one segment from an angle and a speed at its first sample (at the time the sensor shows there, so a
-    /// late reading is a late start). Writes where the wiper stands at each sample, and the current where asked; returns
-    /// what the next segment starts with.
+    /// late reading is a late start), with the track's [`Self::stepper`]. Writes where the wiper stands at each sample, and
+    /// the current where asked; returns what the next segment starts with.
     pub fn rollout(
         &self,
         track: &Track,
         segment: &Segment,
-        start: [f64; 2],
-        hidden: Hidden,
+        from: Boundary,
+        stepper: &mut Stepper,
         wipers: &mut [f64],
         currents: Option<&mut [f64]>,
-    ) -> End {
-        let cold = if track.terminals_measured { &self.terminals } else { &self.shaft };
-        let mut shaft = if self.warms { cold.warmed(&hidden.states) } else { *cold };
+    ) -> Boundary {
+        let Boundary { hidden, shaft: [angle, speed] } = from;
+        let cold = self.cold(track);
+        if self.warms {
+            *stepper = cold.warmed(&hidden.states).stepper(stepper.step());
+        }
         let [twist, twist_rate] = hidden.twist;
         let mut motion = Motion {
-            state: ShaftState {
-                angle: start[0],
-                speed: start[1],
-                current: hidden.current,
-                bristle: hidden.bristle,
-                twist,
-                twist_rate,
-            },
-            wiper: start[0] - hidden.wiper_behind,
+            state: ShaftState { angle, speed, current: hidden.current, bristle: hidden.bristle, twist, twist_rate },
+            wiper: angle - hidden.wiper_behind,
             states: hidden.states,
             drawn_as: 0.0,
-            heat_j: [0.0; 2],
+            heat: Heat::default(),
         };
         let delay = self.delay_s[usize::from(track.terminals_measured)];
         let aged = |k: usize| delay + self.ageing * (track.t[k] - track.t[0]);
         let mut drive = DriveCursor::new(track, segment.first, aged(segment.first));
         let (mut shown, mut held_behind) = (self.shown(&motion), hidden.held_behind);
-        let mut known: Option<(Stepper, usize, f64)> = None;
+        let (mut known_span, mut steps) = (f64::INFINITY, 1);
         let mut currents = currents;
         wipers[0] = shown - held_behind;
         // The last sample leads on to the next segment. Where a hole in the recording lies between, nothing is carried
@@ -215,12 +222,11 @@ impl Plant {
             // Between two readings the shaft moves on by the time between their instants, not between their stamps.
             let span = (track.t[k + 1] - track.t[k]).min(longest_span) * (1.0 - self.ageing);
             drive.delay = aged(k);
-            if known.as_ref().is_none_or(|(.., known_span)| (span - known_span).abs() >= 1e-7) {
-                let steps = (span / self.longest_step - 1e-3).ceil().max(1.0);
-                known = Some((shaft.stepper(span / steps), steps as usize, span));
+            if (span - known_span).abs() >= 1e-7 {
+                let parts = (span / self.longest_step - 1e-3).ceil().max(1.0);
+                stepper.set_step(span / parts);
+                (known_span, steps) = (span, parts as usize);
             }
-            let Some((stepper, steps, _)) = &known else { continue };
-            let steps = *steps;
             let mut current = 0.0;
             for j in 0..steps {
                 let (step, from) = (stepper.step(), track.t[k] + j as f64 * stepper.step());
@@ -232,19 +238,17 @@ impl Plant {
                 };
                 for (from, part) in [(from, first), (from + first, step - first)] {
                     let drive = drive.over(track, k, from, part);
-                    let mean = self.advance(track, k, &shaft.stepper(part), &mut motion, drive);
-                    current += mean * part / step;
+                    stepper.set_step(part);
+                    current += self.advance(track, k, stepper, &mut motion, drive) * part / step;
                 }
+                stepper.set_step(step);
             }
             // What the supply remembers advances with the mean current, as in a control period of the simulation.
-            shaft.laws.draw(&mut motion.states, motion.drawn_as / span, span);
+            cold.laws.draw(&mut motion.states, motion.drawn_as / span, span);
             motion.drawn_as = 0.0;
             if self.warms {
-                let [winding, friction] = motion.heat_j.map(|heat| heat / span);
-                shaft.laws.warm(&mut motion.states, winding, friction, span);
-                motion.heat_j = [0.0; 2];
-                shaft = cold.warmed(&motion.states);
-                known = None;
+                motion.heat.warm(&cold.laws, &mut motion.states, span);
+                *stepper = cold.warmed(&motion.states).stepper(stepper.step());
             }
             let place = k + 1 - segment.first;
             let before = shown;
@@ -265,7 +269,7 @@ impl Plant {
             held_behind,
             states: motion.states,
         };
-        End { hidden, shaft: [motion.state.angle, motion.state.speed] }
+        Boundary { hidden, shaft: [motion.state.angle, motion.state.speed] }
     }
 
     /// One step of driver, supply, shaft and wiper from sample `k` on; returns the mean current, A.
@@ -307,8 +311,7 @@ impl Plant {
             shaft.laws.follow(&mut motion.states, motion.wiper - before, stepper.step());
         }
         if self.warms {
-            motion.heat_j[0] += shaft.resistance_ohm * means.current * means.current * stepper.step();
-            motion.heat_j[1] += means.rubbing_w * stepper.step();
+            motion.heat.add(shaft, &means, stepper.step());
         }
         means.current
     }
@@ -328,8 +331,8 @@ struct Motion {
     states: States,
     /// Charge that the bridge has drawn since the last sample, A·s.
     drawn_as: f64,
-    /// What the winding and friction have turned into heat since the last sample, J.
-    heat_j: [f64; 2],
+    /// Since the last sample.
+    heat: Heat,
 }
 
 /// Parts of a step shorter than this share of it are not worth a step of their own.

@@ -100,7 +100,13 @@ impl FileModel {
         slow.max(FEWEST_SAMPLES * sample_s)
     }
 
-    /// The file's free numbers and those of added effects, from one of their starting points.
+    /// How many numbers of the file a fit moves.
+    #[must_use]
+    pub fn own_numbers(&self) -> usize {
+        self.free.len()
+    }
+
+    /// The file's free numbers, and after them those of added effects, from one of their starting points.
     #[must_use]
     pub fn with(&self, added: &[Id], start: usize) -> Vec<Free> {
         let mut free = self.free.clone();

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::model::{Hidden, Plant};
+use super::model::{Boundary, Hidden, Plant};
 use super::track::{Segment, Track};
 use common::wrap;
 
@@ -49,6 +49,7 @@ pub fn rollout(
     };
     let mut offset = 0;
     let mut carried = Hidden::default();
+    let mut stepper = plant.stepper(track);
     for (i, segment) in track.segments.iter().enumerate() {
         let length = segment.last - segment.first;
         let hidden = match frozen {
@@ -61,8 +62,8 @@ pub fn rollout(
         };
         rolled.hidden.push(hidden);
         let currents = if with_current { Some(&mut rolled.currents[offset..=offset + length]) } else { None };
-        let end =
-            plant.rollout(track, segment, starts[i], hidden, &mut rolled.wipers[offset..offset + length], currents);
+        let wipers = &mut rolled.wipers[offset..offset + length];
+        let end = plant.rollout(track, segment, Boundary { hidden, shaft: starts[i] }, &mut stepper, wipers, currents);
         carried = end.hidden;
         rolled.ends.push(end.shaft);
         offset += length;

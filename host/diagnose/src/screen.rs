@@ -244,8 +244,9 @@ impl Scores {
             );
         }
         let mut total: DVector<f64> = blocks.iter().sum();
+        let misfit = fit::misfit(data, fit.cost);
         for (i, one) in fit.free.iter().enumerate() {
-            let precision = one.prior.powi(-2);
+            let precision = fit::prior_precision(one, misfit);
             matrix[(i, i)] += precision;
             total[i] -= precision * (fit.coordinates[i] - one.coordinate(one.start));
         }

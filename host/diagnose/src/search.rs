@@ -28,10 +28,15 @@ impl Candidate {
         self.evaluation.mean_square()
     }
 
-    /// Takes over a fit of the same effects that does better.
-    fn improve(&mut self, fit: Fit, evaluation: Evaluation) {
-        if evaluation.mean_square() < self.mean_square() {
-            (self.fit, self.evaluation) = (fit, evaluation);
+    /// A fit, judged.
+    fn of(session: &Session, fit: Fit) -> Self {
+        Self { effects: fit.effects.clone(), evaluation: session.evaluate(&fit), fit }
+    }
+
+    /// Takes over another fit of the same effects where it does better.
+    fn improve(&mut self, other: Self) {
+        if other.mean_square() < self.mean_square() {
+            *self = other;
         }
     }
 }
@@ -110,52 +115,34 @@ fn from_before(session: &Session, candidates: &mut [Candidate], before: &[Candid
     let mut best: Vec<&Candidate> = before.iter().collect();
     best.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     best.truncate(MOST_FURTHER);
-    for once in best {
-        if let Some(candidate) = candidates.iter_mut().find(|one| one.effects == once.effects) {
-            let fit = session.finish(session.begun_anew(&once.fit), ROUNDS, TOLERANCE);
-            let evaluation = session.evaluate(&fit);
-            candidate.improve(fit, evaluation);
-        }
-    }
+    let place = |once: &Candidate| candidates.iter().position(|one| one.effects == once.effects);
+    let begun = best.into_iter().filter_map(|once| Some((place(once)?, session.begun_anew(&once.fit)))).collect();
+    finish_all(session, candidates, begun);
 }
 
 /// Looks at every effect from the file's own numbers, and fits the best few in full from there: without the effect those
 /// numbers may have been refitted to where no step leads back from.
 fn from_file(session: &Session, candidates: &mut [Candidate]) {
-    let look = |(place, candidate): (usize, &Candidate)| {
-        let effects = &candidate.effects;
-        let looks = (0..session.model.starts(effects)).map(|start| session.look_from_file(effects, start, LOOK));
-        Some((place, looks.min_by(|a, b| a.cost.total_cmp(&b.cost))?))
-    };
-    let mut looks: Vec<(usize, Fit)> = candidates.par_iter().enumerate().filter_map(look).collect();
+    let look = |(place, candidate): (usize, &Candidate)| (place, session.look_from_file(&candidate.effects, LOOK));
+    let mut looks: Vec<(usize, Fit)> = candidates.par_iter().enumerate().map(look).collect();
     looks.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     looks.truncate(MOST_FURTHER);
-    let finished: Vec<(usize, Fit, Evaluation)> = looks
-        .into_par_iter()
-        .map(|(place, look)| {
-            let fit = session.finish(look, ROUNDS, TOLERANCE);
-            let evaluation = session.evaluate(&fit);
-            (place, fit, evaluation)
-        })
-        .collect();
-    for (place, fit, evaluation) in finished {
-        candidates[place].improve(fit, evaluation);
+    finish_all(session, candidates, looks);
+}
+
+/// Fits in full what has begun, each for the candidate at a place.
+fn finish_all(session: &Session, candidates: &mut [Candidate], begun: Vec<(usize, Fit)>) {
+    let finish = |(place, begun)| (place, Candidate::of(session, session.finish(begun, ROUNDS, TOLERANCE)));
+    let finished: Vec<(usize, Candidate)> = begun.into_par_iter().map(finish).collect();
+    for (place, candidate) in finished {
+        candidates[place].improve(candidate);
     }
 }
 
 /// Looks at every model briefly from each of its starting points, fits the promising ones (`most` of them) in full,
 /// judges all.
 fn try_all(session: &Session, wanted: &[(Vec<Id>, &Fit)], most: usize, done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
-    let looks: Vec<Fit> = wanted
-        .par_iter()
-        .map(|(effects, from)| {
-            let starts = session.model.starts(effects);
-            (0..starts)
-                .map(|start| session.look(effects, start, from, LOOK))
-                .min_by(|a, b| a.cost.total_cmp(&b.cost))
-                .unwrap_or_else(|| (*from).clone())
-        })
-        .collect();
+    let looks: Vec<Fit> = wanted.par_iter().map(|(effects, from)| session.look(effects, from, LOOK)).collect();
     let readings = session.coarse_readings();
     let excess: Vec<f64> = looks.iter().map(|look| (look.cost / readings - 1.0).max(0.0)).collect();
     let mut sorted = excess.clone();
@@ -176,9 +163,9 @@ fn try_all(session: &Session, wanted: &[(Vec<Id>, &Fit)], most: usize, done: &(d
         .map(|((look, (effects, _)), excess)| {
             let promising = excess <= bar || contained.contains(effects);
             let fit = if promising { session.finish(look, ROUNDS, TOLERANCE) } else { look };
-            let evaluation = session.evaluate(&fit);
+            let candidate = Candidate::of(session, fit);
             done();
-            Candidate { effects: effects.clone(), fit, evaluation }
+            candidate
         })
         .collect();
     level(session, &mut candidates);
@@ -214,8 +201,7 @@ fn fit_from(session: &Session, candidates: &mut [Candidate], from: usize, to: us
     let ratio = candidates[to].mean_square() / candidates[from].mean_square();
     if ratio > 1.002 && candidates[from].mean_square() < NEAR * session.noise {
         let fit = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE);
-        let evaluation = session.evaluate(&fit);
-        candidates[to].improve(fit, evaluation);
+        candidates[to].improve(Candidate::of(session, fit));
     }
 }
 
@@ -283,8 +269,7 @@ pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut [Candidat
     for effect in effects {
         if let Some(single) = candidates.iter_mut().find(|one| one.effects == [effect]) {
             let fit = session.again(&[effect], &fit, ROUNDS, TOLERANCE);
-            let evaluation = session.evaluate(&fit);
-            single.improve(fit, evaluation);
+            single.improve(Candidate::of(session, fit));
         }
     }
     level(session, candidates);

@@ -89,6 +89,12 @@ pub fn reaches(noise: f64, baseline: &Candidate, model: &Candidate) -> bool {
     (ratio <= REACHES && removed >= EXPLAINS) || (ratio <= TRACE.0 && removed >= TRACE.1)
 }
 
+/// Whether the refitted model leaves more over the floor (mean square noise, rad²) than is passed over.
+#[must_use]
+pub fn leaves_much(noise: f64, baseline: &Candidate) -> bool {
+    baseline.mean_square() > NOTHING * NOTHING * noise
+}
+
 /// Share of the nominal model's excess over the floor (mean square) that a model removes, 1 at most.
 fn removed(noise: f64, baseline: &Candidate, model: &Candidate) -> f64 {
     let gained = baseline.mean_square() - model.mean_square();
@@ -171,16 +177,10 @@ impl Selection<'_> {
     /// the refitted model stands.
     #[must_use]
     pub fn any_explains(&self) -> bool {
-        let explains = |model: &&Candidate| {
+        let explains = |model: &Candidate| {
             removed(self.noise, self.baseline, model) >= EXPLAINS && self.beats(model, self.baseline)
         };
-        self.candidates.iter().any(|model| explains(&model))
-    }
-
-    /// Whether the refitted model leaves more than is looked over.
-    #[must_use]
-    pub fn leaves_much(noise: f64, baseline: &Candidate) -> bool {
-        baseline.mean_square() > NOTHING * NOTHING * noise
+        self.candidates.iter().any(explains)
     }
 
     /// The verdict, where a screen has raised an alarm or not.
@@ -199,7 +199,7 @@ impl Selection<'_> {
                 return self.among(&reached, Verdict::Explained);
             }
         }
-        if self.ratio(self.baseline) <= NOTHING {
+        if !leaves_much(self.noise, self.baseline) {
             return nothing;
         }
         self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, class: Vec::new() })
@@ -312,6 +312,7 @@ mod tests {
         let fit = Fit {
             effects: effects.clone(),
             free: Vec::new(),
+            of_file: 0,
             coordinates: Vec::new(),
             starts: Vec::new(),
             cost: 0.0,

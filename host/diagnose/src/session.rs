@@ -6,7 +6,7 @@ use robot_file::robot::Robot;
 
 use super::blind_arc::{self, BlindArc};
 use super::current::{self, current_noise};
-use super::fit::{self, Data, Fit};
+use super::fit::{self, Data, Fit, Until};
 use super::floor::{self, Scatter};
 use super::nominal::FileModel;
 use super::rollout::{self, Rolled, Starts};
@@ -58,6 +58,8 @@ struct ArcRead {
     unexplained: f64,
 }
 
+/// A look from a further starting point is given up where its cost stays above this many times the best one's.
+const FAR: f64 = 4.0;
 /// Rollouts of a block of the coarse set, and how many blocks there are to each that is taken.
 const COARSE: (usize, usize) = (15, 3);
 
@@ -197,10 +199,10 @@ impl Session {
         let mut fit = self.unfitted.clone();
         fit.take_over(from);
         self.fit_noise = self.measure(&fit, true);
-        fit = fit::fit(&self.model, &self.data(), fit, 6, 1e-3);
+        fit = fit::fit(&self.model, &self.data(), fit, Until::settled(6, 1e-3));
         self.fit_noise = self.measure(&fit, true);
         self.trust_current(&fit);
-        fit = fit::fit(&self.model, &self.data(), fit, 25, 1e-5);
+        fit = fit::fit(&self.model, &self.data(), fit, Until::settled(25, 1e-5));
         let starts = self.guesses[0].clone();
         self.guesses.push(starts);
         self.noise = self.measure(&fit, false);
@@ -286,38 +288,53 @@ impl Session {
     }
 
     /// A first look at the file's model with further effects: a few rounds on a third of the rollouts, beginning where
-    /// another fit ended. The starts of the outcome are those of `from`.
+    /// another fit ended, from each of the effects' starting points. The starts of the outcome are those of `from`.
     #[must_use]
-    pub fn look(&self, effects: &[Id], start: usize, from: &Fit, rounds: usize) -> Fit {
-        let mut fit = Fit::begin(&self.model, effects, start, self.coarse_starts(from));
-        fit.take_over(from);
-        self.look_on(fit, from, rounds)
+    pub fn look(&self, effects: &[Id], from: &Fit, rounds: usize) -> Fit {
+        self.best_of_starts(effects, from, |begun, far| self.look_on(begun, from, rounds, far))
     }
 
     /// A first look that begins at the file's own numbers: they stay there until those of the effects suit them. Without
     /// the effect they may have been refitted to where no step leads back from.
     #[must_use]
-    pub fn look_from_file(&self, effects: &[Id], start: usize, rounds: usize) -> Fit {
-        self.look_on(self.suited(effects, start, &self.unfitted, rounds), &self.unfitted, rounds)
+    pub fn look_from_file(&self, effects: &[Id], rounds: usize) -> Fit {
+        let from = &self.unfitted;
+        self.best_of_starts(effects, from, |begun, far| {
+            self.look_on(self.suited(begun, from, rounds, f64::INFINITY), from, rounds, far)
+        })
     }
 
-    /// The numbers of another fit, and those of added effects that suit them, on a third of the rollouts.
-    fn suited(&self, effects: &[Id], start: usize, from: &Fit, rounds: usize) -> Fit {
-        let mut fit = Fit::begin(&self.model, effects, start, self.coarse_starts(from));
-        fit.take_over(from);
-        let mut added = fit.clone();
+    /// The best of what comes of a fit from each starting point of effects, with the other numbers from another fit. What
+    /// a fit is given to be far off is a multiple of the least cost so far.
+    fn best_of_starts(&self, effects: &[Id], from: &Fit, fit: impl Fn(Fit, f64) -> Fit) -> Fit {
+        let mut best: Option<Fit> = None;
+        for start in 0..self.model.starts(effects) {
+            let mut begun = Fit::begin(&self.model, effects, start, self.coarse_starts(from));
+            begun.take_over(from);
+            let one = fit(begun, best.as_ref().map_or(f64::INFINITY, |best| FAR * best.cost));
+            if best.as_ref().is_none_or(|best| one.cost < best.cost) {
+                best = Some(one);
+            }
+        }
+        best.unwrap_or_else(|| from.clone())
+    }
+
+    /// A fit that has begun, with those numbers of added effects that suit the ones of another fit, on a third of the
+    /// rollouts.
+    fn suited(&self, mut begun: Fit, from: &Fit, rounds: usize, far: f64) -> Fit {
+        let mut added = begun.clone();
         added.hold(from);
         if added.free.iter().any(|one| !one.held()) {
-            added = self.look_on(added, from, rounds);
-            fit.take_over(&added);
-            fit.cost = added.cost;
+            added = self.look_on(added, from, rounds, far);
+            begun.take_over(&added);
+            begun.cost = added.cost;
         }
-        fit
+        begun
     }
 
-    fn look_on(&self, fit: Fit, from: &Fit, rounds: usize) -> Fit {
+    fn look_on(&self, begun: Fit, from: &Fit, rounds: usize, far: f64) -> Fit {
         let data = Data { tracks: &self.coarse, ..self.data() };
-        let mut fit = fit::fit(&self.model, &data, fit, rounds, 1e-3);
+        let mut fit = fit::fit(&self.model, &data, begun, Until { rounds, tolerance: 1e-3, far });
         fit.starts.clone_from(&from.starts);
         fit
     }
@@ -331,8 +348,7 @@ impl Session {
     /// there; those stay until the others suit them.
     #[must_use]
     pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
-        let starts = (0..self.model.starts(effects)).map(|start| self.suited(effects, start, from, rounds));
-        let mut fit = starts.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| from.clone());
+        let mut fit = self.best_of_starts(effects, from, |begun, far| self.suited(begun, from, rounds, far));
         fit.starts.clone_from(&from.starts);
         self.finish(fit, rounds, tolerance)
     }
@@ -341,7 +357,7 @@ impl Session {
     #[must_use]
     pub fn finish(&self, mut fit: Fit, rounds: usize, tolerance: f64) -> Fit {
         let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
-        fit::fit(&self.model, &self.data(), fit, rounds, tolerance)
+        fit::fit(&self.model, &self.data(), fit, Until::settled(rounds, tolerance))
     }
 
     /// Readings that the coarse set has, about: the cost that noise alone would leave there.

@@ -59,8 +59,12 @@ impl Experiment {
     /// What it tells of the pair that it tells apart worst.
     #[must_use]
     pub fn worst(&self) -> f64 {
-        self.expected.iter().map(|one| one.ratio).fold(f64::INFINITY, f64::min)
+        worst(&self.expected)
     }
+}
+
+fn worst(separations: &[Separation]) -> f64 {
+    separations.iter().map(|one| one.ratio).fold(f64::INFINITY, f64::min)
 }
 
 /// Drives of a length (s) that tell models apart, given as robot files, the best one first. Empty where no drive turns every
@@ -76,28 +80,23 @@ pub fn design_experiment(models: &[Robot], seconds: f64, options: &Options) -> R
         let rivals: Vec<Rival> = models.iter().map(Rival::new).collect();
         let Some(duty) = duties(&rivals) else { return Ok(Vec::new()) };
         let reach = Reach { duty, seconds };
-        let tell = |what: &str, share: f64| {
-            if let Some(progress) = &options.progress {
-                progress(what, share);
-            }
-        };
-        tell("trying drives", 0.1);
+        options.tell("trying drives", 0.1);
         let mut random = Pcg64Mcg::seed_from_u64(options.seed);
         let mut scripts = reach.regular();
         scripts.extend((0..RANDOM).map(|_| reach.random(&mut random)));
         let mut judged = best_first(&rivals, scripts);
         for round in 0..IMPROVED.1 {
-            tell("exchanging pieces", 0.4 + 0.5 * round as f64 / IMPROVED.1 as f64);
+            options.tell("exchanging pieces", 0.4 + 0.5 * round as f64 / IMPROVED.1 as f64);
             let of_best = judged.iter().take(IMPROVED.0).map(|(script, _)| reach.exchanged(script, &mut random));
             let exchanged = best_first(&rivals, of_best.collect());
             judged.extend(exchanged);
             judged.sort_by(|a, b| b.1.total_cmp(&a.1));
         }
-        tell("judging the best", 0.9);
+        options.tell("judging the best", 0.9);
         let mut found: Vec<Experiment> =
             judged.into_iter().take(IMPROVED.0).filter_map(|(script, _)| experiment(&rivals, script)).collect();
         found.sort_by(|a, b| b.worst().total_cmp(&a.worst()));
-        tell("done", 1.0);
+        options.tell("done", 1.0);
         Ok(found)
     })
 }
@@ -119,8 +118,7 @@ fn best_first(rivals: &[Rival], scripts: Vec<Script>) -> Vec<(Script, f64)> {
     let mut judged: Vec<(Script, f64)> = scripts
         .into_par_iter()
         .filter_map(|script| {
-            let worst =
-                separations(rivals, &script, ROUNDS.0)?.iter().map(|one| one.ratio).fold(f64::INFINITY, f64::min);
+            let worst = worst(&separations(rivals, &script, ROUNDS.0)?);
             Some((script, worst))
         })
         .collect();

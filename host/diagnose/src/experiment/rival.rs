@@ -9,7 +9,7 @@ use robot_file::robot::{Robot, Sensor};
 use super::script::Piece;
 use crate::DiagnoseError;
 use crate::blind_arc::BlindArc;
-use crate::fit::{self, Data, Fit};
+use crate::fit::{self, Data, Fit, Until};
 use crate::model::Plant;
 use crate::nominal::FileModel;
 use crate::rollout;
@@ -140,7 +140,7 @@ impl Rival {
         let mut fit = Fit::begin(&self.model, &[], 0, starts);
         let _ = rollout::refine_all(&self.plant, &tracks, &mut fit.starts, &[], 2);
         let data = Data { tracks: &tracks, sigma: self.sigma, sigma_current: None };
-        let fit = fit::fit(&self.model, &data, fit, rounds, 1e-3);
+        let fit = fit::fit(&self.model, &data, fit, Until::settled(rounds, 1e-3));
         (1.0 + fit.cost / readings.max(1.0)).sqrt()
     }
 }

@@ -11,7 +11,7 @@ use recording::{AngleReading, Drive, Recording};
 use robot_file::Robot;
 use robot_file::angle_code::angle_scale;
 
-use super::super::fit::{Data, Fit, fit};
+use super::super::fit::{Data, Fit, Until, fit, misfit};
 use super::super::rollout::{guess, refine_all};
 use super::super::track::Track;
 use super::super::values;
@@ -88,9 +88,24 @@ fn fitted(effect: &str, plain: &Robot, runs: &[Recording]) -> Vec<FittedParamete
         let _ = refine_all(&begun.plant(&model), &tracks, &mut begun.starts, std::slice::from_ref(&starts), 4);
         begun
     };
-    let fits = (0..model.starts(&[id])).map(|start| fit(&model, &data, begin(start), 25, 1e-6));
+    let fits = (0..model.starts(&[id])).map(|start| fit(&model, &data, begin(start), Until::settled(25, 1e-6)));
     let found = fits.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap();
     values::fitted(plain, &model, &found)
+}
+
+#[test]
+fn a_model_that_is_wrong_keeps_its_numbers_where_the_file_has_them() {
+    let (plain, with) = robots("coulomb_friction", &[("torque_nm", 4e-4), ("presliding_deg", 0.5)]);
+    let model = FileModel::new(&plain);
+    // Slow: resistance, torque constant and inertia can all give way together.
+    let tracks = [Track::new(&plain, &run(&with, 0), 0).unwrap()];
+    let starts = vec![guess(&tracks[0], 0.02)];
+    for sigma in [NOISE, 1e-3 * NOISE] {
+        let data = Data { tracks: &tracks, sigma, sigma_current: None };
+        let found = fit(&model, &data, Fit::begin(&model, &[], 0, starts.clone()), Until::settled(25, 1e-5));
+        assert!(misfit(&data, found.cost) > 10.0, "friction leaves more than noise");
+        assert!(!found.strayed(), "{:?} with {sigma} rad", found.coordinates);
+    }
 }
 
 /// Puts an effect in and wants its values back, each within a share of it that is given.
