@@ -168,6 +168,8 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
     let mut best = start;
     let mut rolled = roll_all(model, data, &best);
     best.cost = cost(data, &best, &rolled);
+    // Over a hole, a rollout may have lost a turn: then other starts may do what the linear model does not promise.
+    let has_holes = data.tracks.iter().any(|track| track.segments.iter().any(|segment| !segment.whole));
     let mut damping = 1e-3;
     let mut reduced = None;
     for round in 0..until.rounds {
@@ -178,8 +180,9 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
         let mut fall = 0.0;
         for attempt in 0..6 {
             let (mut trial, promised) = step(&best, &equations, damping);
-            // A step that is damped more promises less, and may find more: only the first one tells.
-            if attempt == 0 && promised <= until.tolerance * best.cost {
+            // A step that is damped more promises less and may find more: only the first one tells.
+            let nothing_left = attempt == 0 && promised <= until.tolerance * best.cost;
+            if nothing_left && !has_holes {
                 break;
             }
             let mut trial_rolled = roll_all(model, data, &trial);
@@ -201,6 +204,9 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
                 best = Fit { cost: trial_cost, ..trial };
                 rolled = trial_rolled;
                 damping = (damping * 0.1).max(1e-7);
+                break;
+            }
+            if nothing_left {
                 break;
             }
             damping *= 10.0;
