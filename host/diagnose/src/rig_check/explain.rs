@@ -109,6 +109,8 @@ pub struct Circumstances<'a> {
     pub turn: Option<f64>,
     pub drive: DriveColumn,
     pub supply_is_measured: bool,
+    /// The answer as it stands tells next to nothing: an explanation must be one by which it tells something.
+    pub hidden: bool,
     /// Usual time between rows, in the recording's unit.
     pub step: f64,
 }
@@ -236,7 +238,8 @@ fn units(at: &Circumstances, drive: Option<&DrivePart>, reading: &Reading, found
                 continue;
             }
             let scales = parts.iter().fold(Scales::RIGHT, |all, part| all.and(part.1));
-            if answer.is_known() && fits(&answer, &at.expected, scales) {
+            let tells = if at.hidden { answer.speed.is_some() } else { answer.is_known() };
+            if tells && fits(&answer, &at.expected, scales) {
                 let own = parts.iter().map(|part| part.2).sum::<f64>() + drive.map_or(0.0, |drive| drive.penalty);
                 let causes = drive.map(|drive| drive.cause.clone()).into_iter();
                 found.push(Explanation {
@@ -367,9 +370,18 @@ fn another_rig(answer: &Answer, at: &Circumstances, simplest: usize) -> Vec<Expl
         alone(Answer { speed: answer.speed, speed_at_least: answer.speed_at_least, ..Answer::default() });
     let damping_is_right = alone(Answer { damping: answer.damping, ..Answer::default() });
     let mut found = Vec::new();
+    // Each may be right on its own and both together not: then it is the one that is farther off for its range.
+    let far = |observed: Option<Observed>, allowed: Allowed| {
+        observed.map_or(0.0, |one| {
+            let end = if one.value > allowed.value { allowed.high } else { allowed.low };
+            (one.value / allowed.value).ln() / (end / allowed.value).ln()
+        })
+    };
+    let neither = speed_is_right == Some(true) && damping_is_right == Some(true);
+    let is_pace = neither && far(answer.damping, expected.damping()) > far(answer.speed, expected.speed());
     // The shaft reaches the right speed at another pace, or it is known only how it begins.
     let pace = match (answer.damping, answer.gain) {
-        (Some(damping), _) if damping_is_right == Some(false) => Some(damping.value * usual_s),
+        (Some(damping), _) if damping_is_right == Some(false) || is_pace => Some(damping.value * usual_s),
         (None, Some(gain)) => Some(gain.value / expected.gain().value),
         _ => None,
     };

@@ -28,6 +28,8 @@ use explain::{Answer, Circumstances, DriveColumn, Observed, explain, is_right};
 use motion::{DriveAs, Motion};
 use response::{Estimate, Response, response};
 
+/// Factor by which an answer is off where friction is another than the equation has.
+const STRUCTURE: f64 = 1.1;
 /// Standard deviations by which an answer may be off by chance.
 const SIGMAS: f64 = 3.0;
 /// An answer whose relative deviation is larger is none.
@@ -133,7 +135,7 @@ fn supply(robot: &Robot, recordings: &[Recording]) -> Option<Finding> {
 fn check_alike(robot: &Robot, runs: &[&(&Recording, Motion)], found: &mut RigCheck) {
     let motions: Vec<&Motion> = runs.iter().map(|(_, motion)| motion).collect();
     let supply_is_measured = runs.iter().all(|(one, _)| one.supply_v.len() == one.len());
-    let at = Circumstances {
+    let mut at = Circumstances {
         robot,
         expected: Expected::new(robot, supply_is_measured),
         turn: motions.iter().find_map(|motion| motion.turn),
@@ -143,6 +145,7 @@ fn check_alike(robot: &Robot, runs: &[&(&Recording, Motion)], found: &mut RigChe
             largest: motions.iter().map(|motion| motion.largest_drive).fold(0.0, f64::max),
         },
         supply_is_measured,
+        hidden: false,
         step: motions.iter().map(|motion| motion.usual_step).fold(0.0, f64::max),
     };
     let turn = at.turn.unwrap_or(TAU);
@@ -157,11 +160,11 @@ fn check_alike(robot: &Robot, runs: &[&(&Recording, Motion)], found: &mut RigChe
     let read = |drive_as: DriveAs| {
         Reading::new(runs.iter().map(|(one, motion)| motion.driven(robot, one, drive_as)).collect(), at.turn)
     };
-    // In another unit than radians a pendulum's weight looks like noise.
-    let hidden = answer.speed.is_none() && robot.effects.get::<GravityTilt>().is_some();
     let odd = at.drive.is_beyond_duty || at.drive.looks_like_a_duty(robot) || at.rows_are_slow();
     let is_right = !odd && is_right(&answer, &at.expected);
-    if is_right && !hidden {
+    // In another unit than radians a pendulum's weight looks like noise.
+    at.hidden = is_right && answer.speed.is_none() && robot.effects.get::<GravityTilt>().is_some();
+    if is_right && !at.hidden {
         return;
     }
     let explanations = explain(&answer, &at, &read);
@@ -191,11 +194,11 @@ impl Reading {
         if self.turn.is_some() || turn == TAU {
             return observed(self.usual.as_ref(), &motions);
         }
-        // What turns with the shaft is told by its angle: another unit must explain it at least as well.
+        // What turns with the shaft is told by its angle, in that unit in which it is explained better.
         let Some(usual) = &self.usual else { return observed(response(&motions, turn).as_ref(), &motions) };
         let other = response::of_length(&motions, usual.length, turn);
         let as_good = other.filter(|other| other.left_over <= SAME * usual.left_over);
-        as_good.map_or(Answer::default(), |other| observed(Some(&other), &motions))
+        observed(Some(as_good.as_ref().unwrap_or(usual)), &motions)
     }
 }
 
@@ -211,16 +214,13 @@ fn sign(motions: &[&Motion], answer: Option<&Response>) -> Option<Sign> {
     if let Some(gain) = answer.map(|answer| answer.gain)
         && gain.value.abs() > SIGN_SIGMAS * gain.deviation
     {
-        let evidence = format!("a volt turns the shaft's speed by {:.3} ± {:.3} rad/s²", gain.value, gain.deviation);
+        let evidence = format!("a volt changes the speed by {:.1} ± {:.1} rad/s²", gain.value, gain.deviation);
         return Some(Sign { reversed: gain.value < 0.0, evidence });
     }
     let share = work(motions)?;
     (share.abs() > OPPOSED).then(|| Sign {
         reversed: share < 0.0,
-        evidence: format!(
-            "where the shaft turns, its drive turns it the other way for {:.0} % of the work",
-            -100.0 * share
-        ),
+        evidence: format!("{:.0} % of the drive's work on the shaft are against its motion", 50.0 * (1.0 - share)),
     })
 }
 
@@ -245,7 +245,8 @@ fn work(motions: &[&Motion]) -> Option<f64> {
 fn observed(answer: Option<&Response>, motions: &[&Motion]) -> Answer {
     let known = |estimate: Estimate| {
         let size = estimate.value.abs();
-        (estimate.relative() < KNOWN).then(|| Observed { value: size, doubt: (SIGMAS * estimate.relative()).exp() })
+        (estimate.relative() < KNOWN)
+            .then(|| Observed { value: size, doubt: STRUCTURE * (SIGMAS * estimate.relative()).exp() })
     };
     let nothing = Answer { speed_at_least: speed_at_least(motions), ..Answer::default() };
     let Some(answer) = answer else { return nothing };

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::motion::Motion;
 
 /// Lengths of windows that are tried, in samples: the one that tells most is taken.
-const LENGTHS: [usize; 10] = [8, 12, 18, 27, 40, 60, 90, 135, 200, 400];
+const LENGTHS: [usize; 11] = [8, 12, 18, 27, 40, 60, 90, 135, 200, 400, 800];
 /// Windows of a length that are looked at, of all runs.
 const MOST_WINDOWS: usize = 6000;
 /// Fewest windows that an answer is taken from, laid end to end.

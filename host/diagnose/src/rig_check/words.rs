@@ -224,7 +224,7 @@ fn time_constant(robot: &Robot, seconds: f64) -> (String, String, Option<String>
 
 /// A line of the robot file with another value.
 fn line(robot: &Robot, field: &str, value: f64) -> String {
-    format!("in the robot file of `{}`: {field} = {{ value = {}, … }}", robot.name, figure(value))
+    format!("{field} = {{ value = {}, … }} in the robot file of `{}`", figure(value), robot.name)
 }
 
 fn tell_apart(mends: &[Mend]) -> Option<String> {
