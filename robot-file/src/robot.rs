@@ -167,6 +167,15 @@ impl Robot {
         Self::parse(&text, &name)
     }
 
+    /// The file and line (from 1) in which a field stands, by its dotted path, e.g. `motor.resistance_ohm`: of a field that a base
+    /// has, the base's. `None` where there is none, or no file.
+    #[must_use]
+    pub fn line_of(path: &Path, field: &str) -> Option<(String, usize)> {
+        let table = tree::grow(&std::fs::read_to_string(path).ok()?, &path.display().to_string()).ok()?;
+        let problem = table.find(field)?.key.problem(field, "");
+        Some((problem.file, problem.line?))
+    }
+
     /// Reads a robot from the text of its file. The name is for messages, and a `base` is looked for beside it.
     ///
     /// # Errors

@@ -57,6 +57,7 @@ mod motion;
 mod nominal;
 mod numbers;
 mod probe;
+mod rig_check;
 mod rollout;
 mod screen;
 mod search;
@@ -84,6 +85,7 @@ use session::Session;
 
 pub use experiment::{Experiment, Piece, Separation, design_experiment};
 pub use extend::extend;
+pub use rig_check::{Cause as RigMistake, Finding, Mend, RigCheck, check_rig};
 pub use verdict::{
     CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,
     MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample, Verdict,
@@ -148,16 +150,16 @@ pub enum DiagnoseError {
     #[error(
         "the model of {robot} misses these recordings by {ratio:.0} times their noise, even with its numbers refitted: {detail}"
     )]
-    #[diagnostic(help(
-        "is this the right robot file? Check also that angles are in radians and that duty and angle have the same sign"
-    ))]
+    #[diagnostic(help("{mend}"))]
     WrongRig {
         /// Name in the robot file.
         robot: String,
         /// Error over noise.
         ratio: f64,
-        /// What gave it away.
+        /// What gave it away, and the reason where [`check_rig`] finds one.
         detail: String,
+        /// What to change.
+        mend: String,
     },
     /// An effect of [`Options::also_try`] that there is nothing to try of.
     #[error("{effect} cannot be tried: {why}")]
@@ -209,6 +211,7 @@ pub fn diagnose(
         options.tell("done", 1.0);
         Ok(diagnosis)
     })
+    .map_err(|error| with_reason(error, robot, fit, held_out))
 }
 
 /// The noise floor and the refitted nominal model's held-out error, without looking for a cause.
@@ -228,6 +231,7 @@ pub fn misfit(
         }
         Ok(Misfit { noise_floor: session.noise.sqrt(), before: baseline.mean_square().sqrt() })
     })
+    .map_err(|error| with_reason(error, robot, fit, held_out))
 }
 
 fn in_pool<T: Send>(options: &Options, work: impl FnOnce() -> T + Send) -> T {
@@ -262,7 +266,31 @@ fn is_implausible(session: &Session, baseline: &Candidate) -> bool {
 fn wrong_rig(robot: &Robot, session: &Session, baseline: &Candidate) -> DiagnoseError {
     let error = baseline.mean_square().sqrt();
     let detail = format!("{:.1}° after {:.2} s", error.to_degrees(), session.horizon_s);
-    DiagnoseError::WrongRig { robot: robot.name.clone(), ratio: error / session.noise.sqrt(), detail }
+    let mend = "is this the right robot file? Check also that angles are in radians and that duty and angle have the same sign";
+    let ratio = error / session.noise.sqrt();
+    DiagnoseError::WrongRig { robot: robot.name.clone(), ratio, detail, mend: mend.to_owned() }
+}
+
+/// A refusal with its reason and what to change, where a check of the recordings against the file finds any.
+fn with_reason(error: DiagnoseError, robot: &Robot, fit: &[Recording], held_out: &[Recording]) -> DiagnoseError {
+    let found = || {
+        let runs: Vec<Recording> = fit.iter().chain(held_out).cloned().collect();
+        let findings = check_rig(robot, &runs).findings;
+        let reasons: Vec<String> = findings.iter().map(Finding::reason).collect();
+        let mends: Vec<String> = findings.iter().map(Finding::mend).collect();
+        (!findings.is_empty()).then(|| (reasons.join("; "), mends.join("\n")))
+    };
+    match error {
+        DiagnoseError::WrongRig { robot, ratio, detail, mend } => {
+            let (reason, mend) = found().map_or((String::new(), mend), |(reason, mend)| (format!("; {reason}"), mend));
+            DiagnoseError::WrongRig { robot, ratio, detail: detail + &reason, mend }
+        }
+        DiagnoseError::Recording { run, problem, help } => {
+            let help = found().map_or(help, |(reason, mend)| format!("{reason}\n{mend}"));
+            DiagnoseError::Recording { run, problem, help }
+        }
+        other => other,
+    }
 }
 
 /// The refitted nominal model, judged; its starts are a first guess for every later one.

@@ -60,3 +60,30 @@ fn load_friction_is_named_on_the_xl330() {
         assert!(diagnosis.after < 0.85 * diagnosis.before, "removes at least 15 %");
     }
 }
+
+#[test]
+fn the_xl330_passes_the_check_of_its_rig_and_its_mistakes_do_not() {
+    let Some(folder) = data() else { return };
+    let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-xl330.toml")).unwrap();
+    let recorded = runs(&folder, |_| true);
+    let right = check_rig(&robot, &recorded);
+    assert_eq!((right.findings.as_slice(), right.unchecked.len()), (&[][..], 0), "{:?}", right.unchecked);
+    let with = |factor: f64, time: f64| {
+        let mut runs = recorded.clone();
+        for run in &mut runs {
+            let recording::AngleReading::Angle(angles) = &mut run.angle else { panic!("angles") };
+            angles.iter_mut().for_each(|angle| *angle = angle.map(|angle| factor * angle));
+            run.t_s.iter_mut().for_each(|t_s| *t_s *= time);
+        }
+        check_rig(&robot, &runs).findings
+    };
+    let causes = |findings: &[Finding]| format!("{:?}", findings.iter().map(|one| &one.mends).collect::<Vec<_>>());
+    for (factor, time, cause) in [
+        (-1.0, 1.0, "ReversedSign"),
+        (180.0 / std::f64::consts::PI, 1.0, "AngleUnit(\"deg\")"),
+        (1.0, 1000.0, "TimeUnit(\"ms\")"),
+    ] {
+        let findings = with(factor, time);
+        assert!(causes(&findings).contains(cause), "{cause}: {}", causes(&findings));
+    }
+}

@@ -390,7 +390,9 @@ fn a_reversed_motor_is_another_rig() {
         duty.iter_mut().for_each(|duty| *duty = -*duty);
     }
     let error = diagnose(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap_err();
-    assert!(matches!(error, DiagnoseError::WrongRig { .. }), "{error}");
+    let DiagnoseError::WrongRig { detail, mend, .. } = &error else { panic!("{error}") };
+    assert!(detail.contains("turns against its drive"), "the reason: {detail}");
+    assert!(mend.contains("--map angle=-COLUMN:UNIT"), "the mend: {mend}");
 }
 
 #[test]

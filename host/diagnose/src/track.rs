@@ -263,7 +263,7 @@ fn no_load_speed(robot: &Robot) -> f64 {
 }
 
 /// Angles, rad, from the reading column.
-fn readings(robot: &Robot, column: &AngleReading) -> Result<Vec<Option<f64>>, String> {
+pub fn readings(robot: &Robot, column: &AngleReading) -> Result<Vec<Option<f64>>, String> {
     match column {
         AngleReading::Angle(cells) => {
             if cells.iter().flatten().any(|angle| !angle.is_finite()) {
@@ -310,7 +310,7 @@ fn angle_of_code(sensor: &Potentiometer, code: u16) -> Option<f64> {
 }
 
 /// Readings on one continuous scale. Across missing readings the shaft is taken to go on at the speed it had.
-fn unwrapped(readings: &[Option<f64>]) -> Vec<f64> {
+pub fn unwrapped(readings: &[Option<f64>]) -> Vec<f64> {
     let mut out = vec![f64::NAN; readings.len()];
     let mut before: Option<(usize, f64)> = None;
     let mut per_sample = 0.0;

@@ -2,7 +2,7 @@
 
 use robot_file::robot::{Robot, Sensor};
 
-use super::{AngleReading, Loaded, RecordingError};
+use super::{AngleReading, Loaded, Recording, RecordingError};
 
 /// A measured supply outside the file's range by more than this factor is another rig's.
 const SUPPLY_FACTOR: f64 = 1.3;
@@ -43,18 +43,29 @@ pub fn check_rig(loaded: &Loaded, robot: &Robot) -> Result<(), RecordingError> {
             );
         }
     }
-    if !recording.supply_v.is_empty() {
-        let mean = recording.supply_v.iter().sum::<f64>() / recording.supply_v.len() as f64;
-        let rail = &robot.supply.rail_v;
-        if mean > SUPPLY_FACTOR * rail.high || mean < rail.low / SUPPLY_FACTOR {
-            return other(
-                format!(
-                    "supply_v is {mean:.2} V on average; the supply of `{}` has {} V ({} … {})",
-                    robot.name, rail.value, rail.low, rail.high
-                ),
-                "name the file of the recorded robot with --robot",
-            );
-        }
+    if let Some(problem) = supply_problem(recording, robot) {
+        return other(problem, "name the file of the recorded robot with --robot");
     }
     Ok(())
+}
+
+/// What is wrong with a measured supply that the robot file does not have; `None` where it fits or was not measured.
+#[must_use]
+pub fn supply_problem(recording: &Recording, robot: &Robot) -> Option<String> {
+    let mean = mean_supply_v(recording)?;
+    let rail = &robot.supply.rail_v;
+    let fits = mean <= SUPPLY_FACTOR * rail.high && mean >= rail.low / SUPPLY_FACTOR;
+    (!fits).then(|| {
+        format!(
+            "supply_v is {mean:.2} V on average; the supply of `{}` has {} V ({} … {})",
+            robot.name, rail.value, rail.low, rail.high
+        )
+    })
+}
+
+/// Mean of the measured supply, V; `None` where it was not measured.
+#[must_use]
+pub fn mean_supply_v(recording: &Recording) -> Option<f64> {
+    let supply = &recording.supply_v;
+    (!supply.is_empty()).then(|| supply.iter().sum::<f64>() / supply.len() as f64)
 }

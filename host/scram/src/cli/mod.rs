@@ -11,6 +11,7 @@ mod export;
 mod hil;
 mod identify;
 mod import;
+mod new_rig;
 mod on_chip;
 mod pair;
 mod replay;
@@ -55,6 +56,7 @@ enum Sub {
     Console(console::Console),
     Diagnose(diagnose::Diagnose),
     Import(import::Import),
+    NewRig(Box<new_rig::NewRig>),
     Completions(completions::Completions),
     Replay(replay::Replay),
     Sweep(sweep::Sweep),
@@ -118,6 +120,11 @@ pub fn run() -> ExitCode {
         },
         Sub::Diagnose(command) => command.run(),
         Sub::Import(command) => command.run(),
+        Sub::NewRig(command) => match command.run() {
+            Ok(code) if code == ExitCode::SUCCESS => Ok(()),
+            Ok(code) => return code,
+            Err(failure) => Err(failure),
+        },
         Sub::Completions(command) => command.run(),
         Sub::Replay(command) => command.run(),
         Sub::Sweep(command) => command.run(),
