@@ -40,7 +40,7 @@ fn every_file_is_an_effect_of_its_name() {
 }
 
 /// Where effects are named besides their files, which of them, and why.
-const NAMED: [(&str, &[&str], &str); 7] = [
+const NAMED: [(&str, &[&str], &str); 8] = [
     (
         "robot-file/src/design/fill.rs",
         &["driver_drop", "driver_deadband", "battery_sag"],
@@ -59,6 +59,11 @@ const NAMED: [(&str, &[&str], &str); 7] = [
     ("hal-sim/src/linearity.rs", &["sensor_nonlinearity"], "of a sensor the file knows bounds, a specimen is drawn"),
     ("hal-sim/src/robot.rs", &["sensor_nonlinearity"], "the specimen's error in place of the file's"),
     ("hal-sim/src/second_sensor.rs", &["sensor_nonlinearity"], "another specimen of the same sensor"),
+    (
+        "host/scram/src/cli/new_rig/text.rs",
+        &["driver_drop"],
+        "what is known of a bridge is what its data sheet says it takes",
+    ),
     ("hal-sim/src/body/walking.rs", &["gravity_tilt"], "a body on the ground has gravity of its own"),
 ];
 

@@ -1,6 +1,5 @@
 //! Which answers of a shaft a robot file allows.
 
-use effects::DriverDrop;
 use robot_file::robot::{Quantity, Robot};
 
 /// A motor of the kind that a file describes has its torque constant, resistance and inertia within these factors of the file's,
@@ -64,7 +63,7 @@ impl Expected {
     /// Where the supply was measured, its own spread counts for nothing.
     pub fn new(robot: &Robot, supply_is_measured: bool) -> Self {
         let motor = &robot.motor;
-        let slope_ohm = robot.effects.get::<DriverDrop>().map_or(0.0, |drop| drop.slope_ohm);
+        let slope_ohm = robot.effects.laws().bridge().slope_ohm;
         let load = &robot.load.inertia_kg_m2;
         let rotor = &motor.rotor_inertia_kg_m2;
         let sum = |a: &Quantity, value: f64, low: f64, high: f64| Quantity {

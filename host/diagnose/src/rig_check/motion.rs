@@ -4,7 +4,6 @@
 use std::f64::consts::TAU;
 
 use common::{median, quantile};
-use effects::DriverDrop;
 use hal_sim::driver::Driver;
 use recording::{AngleReading, Drive, Recording};
 use robot_file::robot::{Robot, Sensor};
@@ -108,7 +107,7 @@ fn volts(robot: &Robot, recording: &Recording, drive_as: DriveAs) -> Vec<f64> {
     let measured = (recording.supply_v.len() == drive.len()).then_some(&recording.supply_v);
     let supply = |i: usize| measured.map_or(robot.supply.rail_v.value, |supply| supply[i]);
     let (driver, laws) = (Driver::new(robot), robot.effects.laws());
-    let drop_v = robot.effects.get::<DriverDrop>().map_or(0.0, |drop| drop.drop_v);
+    let drop_v = laws.bridge().drop_v;
     let behind_the_bridge = |i: usize, duty: f64| {
         let before = laws.duty(driver.switched(duty)) * supply(i);
         (before.abs() - drop_v).max(0.0).copysign(before)
