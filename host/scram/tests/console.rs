@@ -299,18 +299,20 @@ fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8], rows: u16) -> Opt
         words.join(" "),
         code.display()
     );
-    let window = Command::new("script")
-        .args(["--quiet", "--command", &shell, "/dev/null"])
+    if Command::new("script").arg("--version").stdout(Stdio::null()).status().is_err() {
+        skip("there is no `script`");
+        return None;
+    }
+    // Below `nohup` a closed window is ignored, and these tests may run below it.
+    let mut window = Command::new("env")
+        .args(["--default-signal=HUP", "script", "--quiet", "--command", &shell, "/dev/null"])
         .env("SHELL", "/bin/sh")
         .env("TERM", "xterm")
         .env("XDG_STATE_HOME", tty.directory.path())
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
-        .spawn();
-    let Ok(mut window) = window else {
-        skip("there is no `script`");
-        return None;
-    };
+        .spawn()
+        .expect("env");
     let mut keyboard = window.stdin.take().expect("a pipe");
     tty.wait_until("the console is open", |tty| {
         let listed = std::fs::read_dir(tty.directory.path()).expect("a directory");
