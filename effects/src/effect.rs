@@ -14,11 +14,18 @@ pub struct BridgeDrop {
     pub slope_ohm: f64,
     /// More while it switches, in proportion to its supply, V/V.
     pub of_supply: f64,
-    /// Taken from every pulse that the command asks for, whichever way the current flows, V: duty times this on average.
-    pub of_pulses_v: f64,
+    /// Taken from what the command asks for, as far as it goes, whichever way the current flows, V.
+    pub of_command_v: f64,
 }
 
 impl BridgeDrop {
+    /// Voltage of a command at a duty and a supply (V), less what the bridge takes of it whichever way the current flows.
+    #[inline]
+    #[must_use]
+    pub fn commanded(&self, duty: f64, supply_v: f64) -> f64 {
+        (duty.abs() * supply_v - self.of_command_v).max(0.0).copysign(duty)
+    }
+
     /// Share of the supply that is lost against the current at a duty: at full duty, and at none, nothing switches.
     #[inline]
     #[must_use]

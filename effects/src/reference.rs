@@ -33,9 +33,6 @@ fn write_effect(text: &mut String, id: Id) {
     for contained in spec.contains {
         let _ = writeln!(text, "* It contains `{contained}` and takes its place.");
     }
-    for outside in spec.resembles {
-        let _ = writeln!(text, "* It explains a part of `{outside}`, which the diagnosis does not try.");
-    }
     text.push_str("\n| key | allowed | meaning |\n|---|---|---|\n");
     for parameter in spec.parameters {
         let (low, high) = (parameter.low, parameter.high);

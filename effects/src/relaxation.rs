@@ -4,6 +4,6 @@
 /// where the time constant τ (s) is 0.
 #[inline]
 pub fn relaxed(value: f64, target: f64, time: f64, time_constant: f64) -> f64 {
-    let left = if time_constant > 0.0 { (-time / time_constant).exp() } else { 0.0 };
+    let left = if time_constant <= 0.0 { 0.0 } else { (-time / time_constant).exp() };
     target + (value - target) * left
 }

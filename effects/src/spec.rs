@@ -28,8 +28,6 @@ pub struct Spec {
     pub contains: &'static [&'static str],
     /// Effects that recordings may not tell from it, and the experiment that does.
     pub mistaken_for: &'static [Confusion],
-    /// Effects that the diagnosis does not try and that it explains in part.
-    pub resembles: &'static [&'static str],
     /// The experiment that shows it best, where no pair of [`Self::mistaken_for`] decides.
     pub experiment: Option<&'static str>,
     /// What MuJoCo has no friction for, after "friction that"; `None` where the export has nothing to refuse.

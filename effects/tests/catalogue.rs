@@ -216,8 +216,6 @@ fn what_an_effect_says_of_others_is_true() {
         for name in spec.contains.iter().chain(spec.mistaken_for.iter().map(|other| &other.with)) {
             assert!(Id::of(name).is_some_and(|other| other != id), "{}: {name}", spec.name);
         }
-        let tried = |name: &&str| Id::of(name).is_some_and(|other| other.spec().candidate);
-        assert!(!spec.resembles.iter().any(tried), "{}: is a name of its own", spec.name);
         assert!(!spec.candidate || !id.fit(&SIZES).is_empty(), "{}: nothing to try", spec.name);
         assert!(effects::PLANNED.iter().all(|name| Id::of(name).is_none()), "planned, and there");
         assert!(!spec.source.is_empty() && !spec.law.is_empty() && !spec.parameters.is_empty(), "{}", spec.name);

@@ -266,7 +266,7 @@ impl Shaft {
             driven: Winding::SETTLED,
             bridge,
             tau: self.inductance_h / (self.resistance_ohm + bridge.slope_ohm),
-            takes_of_supply: bridge.of_supply > 0.0 || bridge.of_pulses_v > 0.0,
+            takes_of_supply: bridge.of_supply > 0.0 || bridge.of_command_v > 0.0,
             has_friction: self.laws.presliding().is_some(),
             lean: self.laws.friction_lean(),
             drag: (drag != Drag::default()).then_some(drag),
@@ -349,7 +349,7 @@ impl Stepper {
         if !self.takes_of_supply {
             return Terminals::Driven { voltage: duty * supply_v };
         }
-        let voltage = duty * (supply_v - self.bridge.of_pulses_v).max(0.0);
+        let voltage = self.bridge.commanded(duty, supply_v);
         Terminals::Switched { voltage, drop_v: self.bridge.of_switched(duty) * supply_v }
     }
 

@@ -179,9 +179,10 @@ impl Supply {
         let open_v = (self.rail_v - fallen_v).max(0.0);
         let bridge = shaft.laws.bridge();
         let supply_ohm = shaft.laws.supply_resistance();
-        let lost_v = duty * bridge.of_pulses_v.min(open_v);
+        let commanded = bridge.commanded(duty, open_v);
+        let lost_v = duty * open_v - commanded;
         let drop_v = bridge.drop_v + bridge.of_switched(duty) * open_v;
-        let net = duty * open_v - lost_v - shaft.torque_constant * speed;
+        let net = commanded - shaft.torque_constant * speed;
         let excess = (net.abs() - drop_v).max(0.0).copysign(net);
         let resistance = shaft.resistance_ohm + bridge.slope_ohm;
         let current = excess / (resistance + duty * duty * supply_ohm);

@@ -32,17 +32,17 @@ fn free_speed(voltage: f64) -> f64 {
 }
 
 #[test]
-fn a_drop_by_command_is_a_lower_supply() {
+fn a_drop_by_command_is_a_lower_voltage_whichever_way_the_current_flows() {
     let shaft = with(Laws { driver_drop_by_command: Some(DriverDropByCommand { drop_v: 1.2 }), ..Laws::NONE });
-    for duty in [1.0, 0.4, -0.7, 0.0] {
-        let (speed, expected) = (ends(&shaft, duty, 5.0), free_speed(duty * 3.8));
+    for (duty, voltage) in [(1.0, 3.8), (0.4, 0.8), (-0.7, -2.3), (0.2, 0.0), (0.0, 0.0)] {
+        let (speed, expected) = (ends(&shaft, duty, 5.0), free_speed(voltage));
         assert!((speed - expected).abs() < 1e-6, "{speed} rad/s at {duty}, {expected} expected");
     }
     // Where the motor brakes itself through the bridge, it is no more than that: a drop against the current would help.
     let stepper = shaft.stepper(STEP);
     let mut state = ShaftState { speed: 150.0, ..ShaftState::default() };
-    let means = stepper.advance(&mut state, stepper.terminals(0.1, 5.0));
-    let settled = (0.1 * 3.8 - LINEAR.torque_constant * 150.0) / LINEAR.resistance_ohm;
+    let means = stepper.advance(&mut state, stepper.terminals(0.3, 5.0));
+    let settled = (0.3 - LINEAR.torque_constant * 150.0) / LINEAR.resistance_ohm;
     assert!(apart(state.current, settled) < 1e-2 && means.current < 0.0, "{} A, {settled} expected", state.current);
 }
 

@@ -75,7 +75,7 @@ fn where_nothing_is_hidden_nothing_is_found() {
 
 #[test]
 fn what_the_library_lacks_gets_no_false_name() {
-    for (seed, effect) in [(521, Effect::TorqueRipple), (522, Effect::Backlash)] {
+    for (seed, effect) in [(521, Effect::GearMesh), (522, Effect::RememberedLoad)] {
         let outcome = outcome(seed, Category::Outside, Some(effect));
         assert_ne!(outcome.mark, Mark::FalseName, "{}", outcome.line());
         assert!(outcome.passed(), "{}", outcome.line());

@@ -6,10 +6,11 @@ use diagnose::{Options, diagnose};
 use recording::{Recording, load};
 use robot_file::Robot;
 use serde_json::Value;
-use system_tests::blind::case::{self, Case, Category, Setting};
+use system_tests::blind::case::{self, Case, Category};
 use system_tests::blind::files::Decimals;
 use system_tests::blind::hidden::Effect;
 use system_tests::blind::rig;
+use system_tests::blind::setting::Setting;
 
 const HIDDEN: Effect = Effect::GravityTilt;
 

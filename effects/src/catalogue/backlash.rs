@@ -42,7 +42,7 @@ impl Effect for Backlash {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -59,7 +59,6 @@ impl Effect for Backlash {
                              does not",
             },
         ],
-        resembles: &[],
         experiment: Some("reverse the drive abruptly at several speeds, and let the shaft coast (enable = 0) in between"),
         not_in_mujoco: None,
     };
@@ -77,7 +76,7 @@ impl Effect for Backlash {
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let start = |natural: f64| stiffness(sizes, natural);
         let gap = FitNumber::linear("backlash", "the play", 0.01, 0.02, [0.0, 0.6]);
-        let damping = FitNumber::linear("tooth_damping", "the teeth's damping", 0.1, 0.2, [0.0, 1.5]);
+        let damping = FitNumber::linear("tooth_damping", "the teeth's damping", 0.1, 0.2, [1e-3, 1.5]);
         vec![
             FitNumber { starts: [0.02, 0.05, 0.1].repeat(2), ..gap },
             FitNumber::log("tooth_stiffness", "the teeth's stiffness", [start(1500.0); 2], [start(200.0), start(1e4)], 1.0),

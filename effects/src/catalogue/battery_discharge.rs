@@ -29,7 +29,7 @@ impl Effect for BatteryDischarge {
         parameters: &[Parameter::new("fall_v_per_as", "Fall per charge drawn.", 0.0, 1000.0)],
         acts: Acts::Supply,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -43,7 +43,6 @@ impl Effect for BatteryDischarge {
                 experiment: "measure the bridge's supply (column supply_v) in the same runs",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

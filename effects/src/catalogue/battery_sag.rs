@@ -40,7 +40,6 @@ impl Effect for BatterySag {
         candidate: true,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: Some("measure the bridge's supply (column supply_v) in the same runs"),
         not_in_mujoco: None,
     };

@@ -28,7 +28,7 @@ impl Effect for BiasTorque {
         parameters: &[Parameter::new("torque_nm", "Counter-clockwise positive.", -10.0, 10.0)],
         acts: Acts::Shaft,
         shows_in: Coordinate::Voltage,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "gravity_tilt",
@@ -36,7 +36,6 @@ impl Effect for BiasTorque {
             experiment: "turn the shaft slowly around: gravity's torque changes its sign within the turn, a constant one does \
                          not",
         }],
-        resembles: &[],
         experiment: Some("open the bridge (enable = 0) with the shaft at rest, and hold the same duties both ways"),
         not_in_mujoco: None,
     };

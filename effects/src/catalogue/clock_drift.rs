@@ -34,7 +34,7 @@ impl Effect for ClockDrift {
         )],
         acts: Acts::Sensor,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "sensor_delay",
@@ -42,7 +42,6 @@ impl Effect for ClockDrift {
             experiment: "record one run of several minutes: a late reading is as late at its end as at its start, a drift is \
                          later and later",
         }],
-        resembles: &[],
         experiment: Some("repeat the same abrupt reversal at the start and at the end of a run of several minutes"),
         not_in_mujoco: None,
     };

@@ -28,7 +28,7 @@ impl Effect for CommandLatency {
         parameters: &[Parameter::new("latency_s", "The command is this old.", 0.0, 0.1)],
         acts: Acts::Command,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "sensor_delay",
@@ -36,7 +36,6 @@ impl Effect for CommandLatency {
             experiment: "measure the voltage at the motor's terminals (column voltage_v): against it a late command is not late \
                          any more, a late reading is",
         }],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -65,7 +65,6 @@ impl Effect for CoulombFriction {
                              the two",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -28,7 +28,7 @@ impl Effect for CubicDrag {
         parameters: &[Parameter::drag("drag_nm_s3_per_rad3", "Torque over ω³.", 0.0, 1.0)],
         acts: Acts::Shaft,
         shows_in: Coordinate::Speed,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -38,7 +38,6 @@ impl Effect for CubicDrag {
                              half of the speed the one has fallen to a quarter, the other to an eighth",
             },
         ],
-        resembles: &[],
         experiment: Some("let the shaft coast with the bridge open (enable = 0) from its highest speed to rest"),
         not_in_mujoco: None,
     };

@@ -38,7 +38,7 @@ impl Effect for DirectionalFriction {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Speed,
-        candidate: false,
+        candidate: true,
         contains: &["coulomb_friction"],
         mistaken_for: &[Confusion {
             with: "bias_torque",
@@ -46,7 +46,6 @@ impl Effect for DirectionalFriction {
             experiment: "let the shaft come to rest with the bridge open (enable = 0), from both sides, again and again: a \
                          constant torque pulls it on while it rests, friction does not",
         }],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -28,7 +28,7 @@ impl Effect for DriverDeadTime {
         parameters: &[Parameter::new("lost_duty", "Dead time × PWM frequency.", 0.0, 0.5)],
         acts: Acts::Bridge,
         shows_in: Coordinate::Voltage,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -44,7 +44,6 @@ impl Effect for DriverDeadTime {
                              whichever way the current flows, dead time acts against the current",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

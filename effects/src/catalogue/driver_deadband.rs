@@ -35,7 +35,6 @@ impl Effect for DriverDeadband {
         candidate: true,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: Some("measure the voltage at the motor's terminals (column voltage_v) at small duties, both ways"),
         not_in_mujoco: None,
     };

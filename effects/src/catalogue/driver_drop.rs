@@ -48,7 +48,6 @@ impl Effect for DriverDrop {
                 experiment: "hold several duties on the same load and measure the bridge's supply (column supply_v)",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

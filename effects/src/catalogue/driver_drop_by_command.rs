@@ -1,17 +1,18 @@
-//! `driver_drop_by_command`: voltage that the bridge's transistors take from every pulse.
+//! `driver_drop_by_command`: voltage that the bridge takes from what the command asks for.
 //!
-//! `v = duty·(V − drop)`: the loss follows the command, whichever way the current flows, as in a bridge whose current freewheels
-//! through a path that loses next to nothing (mean of a pulse that is short by the transistors' drop: N. Mohan, T. Undeland, W.
-//! Robbins, "Power Electronics", 2003, section 7.7; L293DD data sheet: saturation voltage).
+//! `v = sign(duty)·max(|duty|·V − drop, 0)`: the loss follows the command, whichever way the current flows, as two junctions do that
+//! every phase of the period passes in the commanded direction, or a linear amplifier's output stage (crossover distortion: P.
+//! Horowitz, W. Hill, "The Art of Electronics", 2015, section 2.4; L293DD data sheet: saturation voltage). At one supply it is
+//! `driver_deadband` by another name.
 
 use crate::effect::{BridgeDrop, Effect};
 use crate::fit::{FitNumber, Sizes};
 use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
 
-/// A drop within the pulses.
+/// A drop of the commanded voltage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriverDropByCommand {
-    /// Of a pulse, V.
+    /// Of the commanded voltage, V.
     pub drop_v: f64,
 }
 
@@ -22,25 +23,28 @@ impl Effect for DriverDropByCommand {
         name: "driver_drop_by_command",
         summary: "Voltage lost in the bridge while it drives, whichever way the current flows.",
         title: "a bridge's drop that follows the command",
-        clause: "pulses that are lower than the supply",
-        law: "v = duty·(V − drop)",
-        source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 7.7; L293DD data sheet: saturation voltage",
-        parameters: &[Parameter::new("drop_v", "Of a pulse.", 0.0, 20.0)],
+        clause: "a voltage that is short of what the command asks for",
+        law: "v = sign(duty)·max(|duty|·V − drop, 0)",
+        source: "P. Horowitz, W. Hill, \"The Art of Electronics\", 2015, 2.4; L293DD data sheet: saturation voltage",
+        parameters: &[Parameter::new("drop_v", "Of the commanded voltage.", 0.0, 20.0)],
         acts: Acts::Bridge,
         shows_in: Coordinate::Voltage,
-        candidate: false,
+        candidate: true,
         contains: &[],
-        mistaken_for: &[Confusion {
-            with: "driver_drop",
-            when: "the bridge always drives",
-            experiment: "lower the duty in steps while the shaft turns fast: a drop that follows the command is less there, one \
-                         against the current turns its sign with the current",
-        }],
-        resembles: &[],
-        experiment: Some(
-            "measure the voltage at the motor's terminals (column voltage_v) at several duties: a lower supply and a wrong \
-             torque constant look alike without it",
-        ),
+        mistaken_for: &[
+            Confusion {
+                with: "driver_drop",
+                when: "the bridge always drives the way the current flows",
+                experiment: "brake hard from full speed at a small opposite duty: a drop against the current turns its sign with \
+                             the current, one that follows the command does not",
+            },
+            Confusion {
+                with: "driver_deadband",
+                when: "the supply is the same all the time",
+                experiment: "run the same duties at two supplies: a drop in volts is a larger share of the lower one",
+            },
+        ],
+        experiment: None,
         not_in_mujoco: None,
     };
 
@@ -50,11 +54,11 @@ impl Effect for DriverDropByCommand {
 
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let rail = sizes.rail_v;
-        vec![FitNumber::linear("pulse_drop_v", "the drop within the pulses", 0.02 * rail, 0.04 * rail, [0.0, 0.8 * rail])]
+        vec![FitNumber::linear("pulse_drop_v", "the drop of the commanded voltage", 0.02 * rail, 0.04 * rail, [0.0, 0.8 * rail])]
     }
 
     #[inline]
     fn bridge(&self) -> BridgeDrop {
-        BridgeDrop { of_pulses_v: self.drop_v, ..BridgeDrop::default() }
+        BridgeDrop { of_command_v: self.drop_v, ..BridgeDrop::default() }
     }
 }

@@ -33,7 +33,6 @@ impl Effect for FootAnisotropy {
         candidate: false,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: Some("turns with the module"),
     };

@@ -34,7 +34,6 @@ impl Effect for FootLoadFriction {
         candidate: false,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: Some("falls with load"),
     };

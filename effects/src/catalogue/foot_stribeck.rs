@@ -33,7 +33,6 @@ impl Effect for FootStribeck {
         candidate: false,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: Some("falls with speed"),
     };

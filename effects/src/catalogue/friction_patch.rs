@@ -45,7 +45,7 @@ impl Effect for FrictionPatch {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Angle,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -60,7 +60,6 @@ impl Effect for FrictionPatch {
                 experiment: "turn slowly through the whole turn, both ways: friction of one level brakes everywhere",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

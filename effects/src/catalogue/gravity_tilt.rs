@@ -40,7 +40,6 @@ impl Effect for GravityTilt {
             experiment: "turn at two constant speeds, slow and fast: gravity's ripple shrinks with speed, the sensor's error \
                          does not",
         }],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

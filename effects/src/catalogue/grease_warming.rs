@@ -35,7 +35,7 @@ impl Effect for GreaseWarming {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "battery_discharge",
@@ -43,7 +43,6 @@ impl Effect for GreaseWarming {
             experiment: "compare coasts (enable = 0) from the same speed at the beginning and at the end: grease shows there, a \
                          battery does not",
         }],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

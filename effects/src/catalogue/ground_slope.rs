@@ -38,7 +38,6 @@ impl Effect for GroundSlope {
         candidate: false,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -29,7 +29,7 @@ impl Effect for HeldSamples {
         parameters: &[Parameter::new("held_share", "Share of the readings that repeat the one before.", 0.0, 0.98)],
         acts: Acts::Sensor,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -45,7 +45,6 @@ impl Effect for HeldSamples {
                              digit, lagging ones never",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -41,7 +41,6 @@ impl Effect for LoadFriction {
             experiment: "turn the shaft up to speed and let it coast with the bridge open (enable = 0), from several speeds: \
                          friction brakes on, the driver's drop does not",
         }],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

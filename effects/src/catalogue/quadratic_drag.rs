@@ -27,7 +27,7 @@ impl Effect for QuadraticDrag {
         parameters: &[Parameter::drag("drag_nm_s2_per_rad2", "Torque over ω·|ω|.", 0.0, 1.0)],
         acts: Acts::Shaft,
         shows_in: Coordinate::Speed,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -43,7 +43,6 @@ impl Effect for QuadraticDrag {
                              supply that gives way does not",
             },
         ],
-        resembles: &[],
         experiment: Some("let the shaft coast with the bridge open (enable = 0) from its highest speed to rest"),
         not_in_mujoco: None,
     };

@@ -31,7 +31,6 @@ impl Effect for SensorDelay {
         contains: &[],
         mistaken_for: &[],
         // A reading that lags looks late, and a delay that does not reach the floor may be the better part of a lag.
-        resembles: &["sensor_lag"],
         experiment: Some(
             "reverse the drive abruptly at several speeds: a late reading is late by the same time everywhere",
         ),

@@ -29,10 +29,9 @@ impl Effect for SensorHysteresis {
         parameters: &[Parameter::new("gap_deg", "All of the play.", 0.0, 45.0)],
         acts: Acts::Sensor,
         shows_in: Coordinate::Speed,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: Some("turn the shaft slowly to and fro by a few degrees: the reading stands at either end"),
         not_in_mujoco: None,
     };

@@ -29,7 +29,7 @@ impl Effect for SensorLag {
         parameters: &[Parameter::new("time_s", "Time constant.", 0.0, 1.0)],
         acts: Acts::Sensor,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[Confusion {
             with: "sensor_delay",
@@ -37,7 +37,6 @@ impl Effect for SensorLag {
             experiment: "reverse the drive as fast as the shaft follows, at several frequencies: a late reading shows every \
                          corner, later; one that lags rounds it off",
         }],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

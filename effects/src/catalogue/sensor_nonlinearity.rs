@@ -63,7 +63,6 @@ impl Effect for SensorNonlinearity {
         candidate: true,
         contains: &[],
         mistaken_for: &[],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -47,7 +47,7 @@ impl Effect for ShaftCompliance {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -62,7 +62,6 @@ impl Effect for ShaftCompliance {
                 experiment: "reverse the drive abruptly: a spring rings, a late reading is late by the same time everywhere",
             },
         ],
-        resembles: &[],
         experiment: Some("reverse the drive abruptly, and sweep it through the frequencies at a small amplitude"),
         not_in_mujoco: None,
     };
@@ -75,7 +74,7 @@ impl Effect for ShaftCompliance {
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let start = |natural_hz: f64| stiffness(sizes, std::f64::consts::TAU * natural_hz);
         let spring = FitNumber::log("stiffness", "the spring", [start(12.0); 2], [start(1.0), start(400.0)], f64::INFINITY);
-        let damping = FitNumber::linear("spring_damping", "the spring's damping", 0.1, 0.1, [0.0, 2.0]);
+        let damping = FitNumber::linear("spring_damping", "the spring's damping", 0.1, 0.1, [1e-3, 2.0]);
         vec![
             FitNumber { starts: [12.0, 30.0, 75.0, 5.0].map(start).to_vec(), ..spring },
             FitNumber { prior: 3.0, ..damping },

@@ -55,7 +55,6 @@ impl Effect for StribeckFriction {
                              the two",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -48,7 +48,7 @@ impl Effect for TorqueRipple {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Angle,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -64,7 +64,6 @@ impl Effect for TorqueRipple {
                              where it brakes the other",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -39,7 +39,7 @@ impl Effect for WindingHeating {
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Time,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[
             Confusion {
@@ -54,7 +54,6 @@ impl Effect for WindingHeating {
                              a warm winding leaves them alike, warm grease does not",
             },
         ],
-        resembles: &[],
         experiment: None,
         not_in_mujoco: None,
     };

@@ -3,7 +3,7 @@
 use common::median;
 
 use super::rollout::Rolled;
-use super::track::Track;
+use super::track::{Segment, Track};
 
 /// The drive is steady from one sample to the next while it changes by less than this share.
 const STEADY: f64 = 0.05;
@@ -17,18 +17,29 @@ pub fn current_residuals<'a>(track: &'a Track, rolled: &'a Rolled) -> impl Itera
         (begin + 1..end).filter_map(move |place| {
             let k = segment.first + place - begin;
             let simulated = current_at(track, k, &rolled.currents, place)?;
-            track.current[k].is_finite().then_some((place, track.current[k] - simulated))
+            Some((place, track.current[k] - simulated))
         })
     })
+}
+
+/// How many samples of a track's segments have a current that can be compared.
+pub fn count_of_currents(track: &Track) -> usize {
+    let of = |segment: &Segment| (segment.first + 1..segment.last).filter(|&k| is_steady(track, k)).count();
+    track.segments.iter().map(of).sum()
 }
 
 /// The current at a sample is between the means of the intervals on either side of it; `None` where the drive jumps, for
 /// a rig may sample before or after.
 #[inline]
 pub fn current_at(track: &Track, k: usize, currents: &[f64], place: usize) -> Option<f64> {
+    is_steady(track, k).then(|| 0.5 * (currents[place - 1] + currents[place]))
+}
+
+/// Whether a current was read and the drive had not jumped.
+fn is_steady(track: &Track, k: usize) -> bool {
     let jump = (track.drive[k] - track.drive[k - 1]).abs();
-    let steady = track.enable[k] && track.enable[k - 1] && jump <= STEADY * track.drive[k].abs().max(track.drive_scale);
-    steady.then(|| 0.5 * (currents[place - 1] + currents[place]))
+    let driven = track.enable[k] && track.enable[k - 1];
+    driven && jump <= STEADY * track.drive[k].abs().max(track.drive_scale) && track.current[k].is_finite()
 }
 
 /// Noise of the current column from its second differences; `None` without one.

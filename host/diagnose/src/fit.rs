@@ -8,7 +8,7 @@ use effects::{Id, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::current::{current_at, current_residuals};
+use super::current::{count_of_currents, current_at, current_residuals};
 use super::model::Plant;
 use super::nominal::FileModel;
 use super::numbers::{Free, Number};
@@ -27,6 +27,8 @@ pub struct Data<'a> {
 
 /// Standard deviation, in a fit's coordinates, of numbers of which nothing is known: an interval reaches to the bounds.
 const UNKNOWN: f64 = 1e3;
+/// Standard deviations to the ends of a 95 % interval.
+pub const WIDE: f64 = 1.96;
 /// See [`Fit::strayed`].
 const AT_ODDS: f64 = 2.0;
 
@@ -108,6 +110,27 @@ impl Fit {
         self.free.iter().zip(&self.coordinates).filter(at_bound).count()
     }
 
+    /// Whether one of the numbers that say how large an effect is has a 95 % interval that does not touch zero. An effect without
+    /// such a number, a spring that is stiff where it is absent, has a shape that does not touch its last value.
+    #[must_use]
+    pub fn has_size(&self, model: &FileModel, effect: Id) -> bool {
+        let places = model.numbers_of(effect, self);
+        let apart = |place: usize, from: f64| (self.coordinates[place] - from).abs() > WIDE * self.deviation(place);
+        let (sizes, shapes): (Vec<usize>, Vec<usize>) =
+            places.into_iter().partition(|&place| self.free[place].is_size());
+        if sizes.is_empty() {
+            return shapes.iter().any(|&place| apart(place, self.free[place].coordinate(self.free[place].high)));
+        }
+        sizes.into_iter().any(|place| apart(place, 0.0))
+    }
+
+    /// How far the numbers are from where their priors have them, in squares of the priors' deviations.
+    #[must_use]
+    pub fn off_prior(&self) -> f64 {
+        let off = |(one, at): (&Free, &f64)| ((at - one.coordinate(one.start)) / one.prior).powi(2);
+        self.free.iter().zip(&self.coordinates).map(off).sum()
+    }
+
     /// The model with the fitted numbers.
     #[must_use]
     pub fn plant(&self, model: &FileModel) -> Plant {
@@ -134,6 +157,8 @@ struct Reduced {
     matrix: DMatrix<f64>,
     /// The prior's alone, on the diagonal.
     prior: Vec<f64>,
+    /// See [`misfit`].
+    misfit: f64,
     gradient: DVector<f64>,
     /// Sum over segments of the outer products of their gradients.
     meat: DMatrix<f64>,
@@ -179,9 +204,9 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
         let equations = linearise(model, data, &best, &rolled);
         let mut fall = 0.0;
         for attempt in 0..6 {
-            let (mut trial, promised) = step(&best, &equations, damping);
-            // A step that is damped more promises less and may find more: only the first one tells.
-            let nothing_left = attempt == 0 && promised <= until.tolerance * best.cost;
+            let mut trial = step(&best, &equations, damping);
+            // Further attempts may find more than the linear model knows of: only before the first one does it tell.
+            let nothing_left = attempt == 0 && promise(&best, &equations) <= until.tolerance * best.cost;
             if nothing_left && !has_holes {
                 break;
             }
@@ -217,7 +242,7 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
         }
     }
     if let Some(equations) = reduced {
-        best.covariance = sandwich(&equations, misfit(data, best.cost));
+        best.covariance = sandwich(&equations);
     }
     best
 }
@@ -237,6 +262,14 @@ fn with_current(data: &Data, track: &Track) -> bool {
 }
 
 fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
+    let squares = squares(data, rolled);
+    let cost = squares + misfit(data, squares) * fit.off_prior();
+    if cost.is_finite() { cost } else { f64::INFINITY }
+}
+
+/// Sum of squares of what rollouts leave, in units of sigma².
+#[must_use]
+pub fn squares(data: &Data, rolled: &[Rolled]) -> f64 {
     let mut sum = 0.0;
     for (track, rolled) in data.tracks.iter().zip(rolled) {
         sum += rollout::squared_errors(track, &rolled.readings).iter().sum::<f64>() / data.sigma.powi(2);
@@ -244,10 +277,7 @@ fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
             sum += current_residuals(track, rolled).map(|(_, r)| (r / sigma).powi(2)).sum::<f64>();
         }
     }
-    let off = |(one, at): (&Free, &f64)| ((at - one.coordinate(one.start)) / one.prior).powi(2);
-    let prior: f64 = fit.free.iter().zip(&fit.coordinates).map(off).sum();
-    sum += misfit(data, sum) * prior;
-    if sum.is_finite() { sum } else { f64::INFINITY }
+    sum
 }
 
 /// A plant with one number moved, and by how much; `None` for a number that is held.
@@ -319,11 +349,14 @@ pub fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
 }
 
 fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Reduced {
-    let (size, misfit) = (fit.free.len(), misfit(data, fit.cost));
+    let size = fit.free.len();
+    let squares = squares(data, rolled);
+    let weight = prior_weight(data, squares, fit);
     let columns = sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved(model, fit));
     let mut reduced = Reduced {
         matrix: DMatrix::zeros(size, size),
-        prior: fit.free.iter().map(|one| prior_precision(one, misfit)).collect(),
+        prior: fit.free.iter().map(|one| weight * one.prior.powi(-2)).collect(),
+        misfit: misfit(data, squares),
         gradient: DVector::zeros(size),
         meat: DMatrix::zeros(size, size),
         blocks: Vec::with_capacity(columns.len()),
@@ -395,7 +428,6 @@ fn reduce(data: &Data, track: &Track, rolled: &Rolled, columns: &Columns) -> Tra
             }
             if let (Some(sigma), true) = (data.sigma_current, with_current(data, track) && k > segment.first)
                 && let Some(simulated) = current_at(track, k, &rolled.currents, place)
-                && track.current[k].is_finite()
             {
                 // The start's speed moves the current too, but so little beside the angle that it is left out.
                 for i in 0..size {
@@ -434,22 +466,20 @@ fn add_row(local: &mut [f64], right: &mut DVector<f64>, row: &[f64], r: f64) {
     }
 }
 
-/// One damped step of numbers and starts, and by how much the linear model promises that it lowers the cost.
-fn step(fit: &Fit, equations: &Reduced, damping: f64) -> (Fit, f64) {
+/// The change of the numbers that a damped linear model asks for, and the gradient that it follows; `None` where the equations
+/// leave it open. Numbers that stand at a bound and are pulled beyond it stay there: they leave the equations.
+fn change(fit: &Fit, equations: &Reduced, damping: f64) -> (Option<DVector<f64>>, DVector<f64>) {
     let size = fit.free.len();
     let mut matrix = equations.matrix.clone();
     for i in 0..size {
         matrix[(i, i)] += damping * matrix[(i, i)] + 1e-9;
     }
-    // Numbers that stand at a bound and are pulled beyond it stay there: they leave the equations.
-    let held: Vec<bool> = (0..size)
-        .map(|i| {
-            let (one, at, pull) = (&fit.free[i], fit.coordinates[i], equations.gradient[i]);
-            one.held() || (at <= lower(one) && pull < 0.0) || (at >= one.coordinate(one.high) && pull > 0.0)
-        })
-        .collect();
+    let held = |i: usize| {
+        let (one, at, pull) = (&fit.free[i], fit.coordinates[i], equations.gradient[i]);
+        one.held() || (at <= lower(one) && pull < 0.0) || (at >= one.coordinate(one.high) && pull > 0.0)
+    };
     let mut gradient = equations.gradient.clone();
-    for i in (0..size).filter(|&i| held[i]) {
+    for i in (0..size).filter(|&i| held(i)) {
         for j in 0..size {
             matrix[(i, j)] = 0.0;
             matrix[(j, i)] = 0.0;
@@ -457,9 +487,24 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> (Fit, f64) {
         matrix[(i, i)] = 1.0;
         gradient[i] = 0.0;
     }
-    let change = matrix.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&gradient));
-    // Of the whole step: what a bound cuts off may be all that there is to gain.
-    let mut promised = change.dot(&(2.0 * &gradient - &equations.matrix * &change));
+    (matrix.cholesky().map(|factor| factor.solve(&gradient)), gradient)
+}
+
+/// By how much the linear model promises that numbers and starts can lower the cost; without an end where its equations leave
+/// the numbers open. Of the whole step: what a bound cuts off may be all that there is to gain.
+fn promise(fit: &Fit, equations: &Reduced) -> f64 {
+    let (Some(change), gradient) = change(fit, equations, 0.0) else { return f64::INFINITY };
+    let of_starts = equations.blocks.iter().flatten().map(|(own, _)| {
+        let alone = own.solve(own.gradient);
+        own.gradient[0] * alone[0] + own.gradient[1] * alone[1]
+    });
+    change.dot(&(2.0 * &gradient - &equations.matrix * &change)) + of_starts.sum::<f64>()
+}
+
+/// One damped step of numbers and starts.
+fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
+    let size = fit.free.len();
+    let change = change(fit, equations, damping).0.unwrap_or_else(|| DVector::zeros(size));
     let mut trial = fit.clone();
     let mut moved = vec![0.0; size];
     for i in 0..size {
@@ -472,8 +517,6 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> (Fit, f64) {
     }
     for (starts, blocks) in trial.starts.iter_mut().zip(&equations.blocks) {
         for (start, (own, coupling)) in starts.iter_mut().zip(blocks) {
-            let alone = own.solve(own.gradient);
-            promised += own.gradient[0] * alone[0] + own.gradient[1] * alone[1];
             let mut right = own.gradient;
             for (coupling, moved) in coupling.iter().zip(&moved) {
                 right[0] -= coupling[0] * moved;
@@ -484,7 +527,7 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> (Fit, f64) {
             start[1] += step[1];
         }
     }
-    (trial, promised)
+    trial
 }
 
 fn lower(one: &Free) -> f64 {
@@ -494,37 +537,46 @@ fn lower(one: &Free) -> f64 {
 /// Covariance from the curvature and the scatter of the segments' gradients. Where the model misses the data by more
 /// than their noise, the data count for as much less beside the prior, so that a direction that they leave open keeps
 /// the prior's width.
-fn sandwich(equations: &Reduced, misfit: f64) -> DMatrix<f64> {
-    let size = equations.gradient.len();
+fn sandwich(equations: &Reduced) -> DMatrix<f64> {
+    let (size, misfit) = (equations.gradient.len(), equations.misfit);
     let prior = DMatrix::from_diagonal(&DVector::from_column_slice(&equations.prior));
     let mut matrix = &equations.matrix / misfit;
     for i in 0..size {
         matrix[(i, i)] = matrix[(i, i)] * (1.0 + 1e-9) + 1e-9;
     }
-    match matrix.cholesky() {
-        Some(factor) => {
-            let inverse = factor.inverse();
-            &inverse * (&equations.meat / misfit + prior) / misfit * &inverse
-        }
+    let Some(factor) = matrix.cholesky() else {
         // The data and the priors leave a direction open: nothing is known.
-        None => DMatrix::from_diagonal_element(size, size, UNKNOWN * UNKNOWN),
+        return DMatrix::from_diagonal_element(size, size, UNKNOWN * UNKNOWN);
+    };
+    let inverse = factor.inverse();
+    let mut covariance = &inverse * (&equations.meat / misfit + prior) / misfit * &inverse;
+    // Of a number that moves nothing and has no prior, no gradient scatters: that is no knowledge of it.
+    for i in (0..size).filter(|&i| equations.matrix[(i, i)] <= 0.0) {
+        covariance[(i, i)] = UNKNOWN * UNKNOWN;
     }
+    covariance
 }
 
-/// Weight of a number's prior in the normal equations, where the model misses the data by this much ([`misfit`]).
+/// Mean square error over the noise's, never below 1, of a sum of squares in units of sigma². Where the model misses the data by
+/// more than their noise, they say as much less beside the prior: the cost `S + (S/n)·P` of `n` residuals is, for a prior that is
+/// small beside them, `n ln S + P`, the likelihood of an error of unknown size. A wrong model would otherwise drive the numbers to
+/// where no motor has them, for next to nothing.
 #[must_use]
-pub fn prior_precision(one: &Free, misfit: f64) -> f64 {
-    misfit * one.prior.powi(-2)
+pub fn misfit(data: &Data, squares: f64) -> f64 {
+    (squares / residuals(data)).max(1.0)
 }
 
-/// Mean square error over the noise's, never below 1. Where the model misses the data by more than their noise, they say as
-/// much less beside the prior: the cost `S + (S/n)·P` of `n` readings has its minimum where `n ln S + P` has it, the likelihood
-/// of an error of unknown size. A wrong model would otherwise drive the numbers to where no motor has them, for next to nothing.
-pub fn misfit(data: &Data, cost: f64) -> f64 {
-    let readings: f64 = data
-        .tracks
-        .iter()
-        .flat_map(|track| track.segments.iter().map(|one| track.weight[one.first..one.last].iter().sum::<f64>() - 2.0))
-        .sum();
-    (cost / readings.max(1.0)).max(1.0)
+/// Weight of the priors beside the squares in the normal equations: that with which both have the minimum of the cost. `d(S +
+/// (S/n)·P) = (1 + P/n)·dS + (S/n)·dP`.
+#[must_use]
+pub fn prior_weight(data: &Data, squares: f64, fit: &Fit) -> f64 {
+    let residuals = residuals(data);
+    if squares > residuals { squares / (residuals + fit.off_prior()) } else { 1.0 }
+}
+
+/// How many residuals a fit is made to, without those that its starts take.
+fn residuals(data: &Data) -> f64 {
+    let angles: f64 = data.tracks.iter().map(Track::readings).sum();
+    let currents = data.tracks.iter().filter(|track| with_current(data, track));
+    (angles + currents.map(|track| count_of_currents(track) as f64).sum::<f64>()).max(1.0)
 }

@@ -7,6 +7,7 @@
 
 use common::median;
 
+use super::memory;
 use super::rollout::{Rolled, residual};
 use super::track::{Segment, Track};
 
@@ -28,6 +29,8 @@ pub struct Scatter {
     pub windows: Vec<(f64, f64)>,
     /// Samples that are spikes.
     pub spikes: Vec<usize>,
+    /// What the cubic leaves of windows without any.
+    pub left: Vec<memory::Window>,
 }
 
 impl Scatter {
@@ -39,6 +42,18 @@ impl Scatter {
             .flat_map(|scatter| &scatter.windows)
             .fold((0.0, 0.0), |total, window| (total.0 + window.0, total.1 + window.1));
         if freedom > 0.0 { sum / freedom } else { 0.0 }
+    }
+
+    /// Mean square that the noise leaves of rollouts of so many readings, rad²: that of the windows, or more where it remembers.
+    #[must_use]
+    pub fn of_rollouts(scatters: &[Self], readings: usize) -> f64 {
+        let windows = || scatters.iter().flat_map(|one| &one.left);
+        let count = |length: usize| windows().filter(|window| window.left.len() == length).count();
+        let length = (FEWEST..=READINGS).max_by_key(|&length| count(length)).unwrap_or(READINGS);
+        let alike: Vec<memory::Window> = windows().filter(|window| window.left.len() == length).cloned().collect();
+        let fast = Self::mean_square(scatters);
+        // Of slow readings a window is hardly shorter than a rollout.
+        if readings < 3 * length { fast } else { memory::of_rollouts(&alike, readings).unwrap_or(fast).max(fast) }
     }
 }
 
@@ -56,7 +71,7 @@ pub fn scatter(track: &Track, rolled: &Rolled) -> Scatter {
     let usual = median(&mut usual).unwrap_or(0.0);
     let mut scatter = Scatter::default();
     for window in &windows {
-        clean(window, usual, &mut scatter);
+        clean(track, window, usual, &mut scatter);
     }
     scatter
 }
@@ -96,7 +111,7 @@ pub fn of_segment(track: &Track, segment: &Segment, readings: &[f64]) -> Option<
 }
 
 /// Takes spikes out of one window, one after the other, and books what the rest leaves.
-fn clean(window: &Window, usual: f64, scatter: &mut Scatter) {
+fn clean(track: &Track, window: &Window, usual: f64, scatter: &mut Scatter) {
     let mut kept = window.to_vec();
     let mut spikes = Vec::new();
     while kept.len() >= FEWEST {
@@ -113,11 +128,18 @@ fn clean(window: &Window, usual: f64, scatter: &mut Scatter) {
             if size <= SPIKE * scale {
                 scatter.windows.push((sum, (left.len() - COEFFICIENTS) as f64));
                 scatter.spikes.append(&mut spikes);
+                scatter.left.push(memory::Window { speed: turned(track, window).abs(), left });
             }
             return;
         }
         spikes.push(kept.remove(worst).0);
     }
+}
+
+/// Mean speed over a window, rad/s.
+fn turned(track: &Track, window: &Window) -> f64 {
+    let (first, last) = (window[0].0, window[window.len() - 1].0);
+    (track.angle[last] - track.angle[first]) / (track.t[last] - track.t[first])
 }
 
 /// Standard deviation from the median size, corrected for the cubic's freedom.

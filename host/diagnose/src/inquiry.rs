@@ -16,6 +16,9 @@ use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
 /// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
 const PASSES: usize = 3;
 
+/// Of so many single effects pairs are formed with what a screen about each proposes.
+const LEADING: usize = 2;
+
 /// What is asked.
 pub struct Inquiry<'a> {
     /// The robot file.
@@ -38,6 +41,9 @@ pub struct Found {
     pub decision: Decision,
     /// The screen about the model that is named, or about the nominal one.
     pub rest: Screen,
+    /// Mean square error of a model whose rest is noise by all that a screen can tell, rad²; 0 where there is none. Noise that
+    /// remembers leaves more than its fast scatter, which [`Session::noise`] is.
+    pub remembered: f64,
 }
 
 impl Found {
@@ -45,7 +51,7 @@ impl Found {
     #[must_use]
     pub fn selection(&self) -> Selection<'_> {
         Selection {
-            noise: self.session.noise,
+            noise: self.session.noise.max(self.remembered),
             baseline: &self.baseline,
             candidates: &self.candidates,
             bootstrap: &self.bootstrap,
@@ -71,7 +77,7 @@ impl Inquiry<'_> {
         let (rest, candidates) = self.singles(&mut session, &mut baseline, &effects)?;
         let bootstrap = Bootstrap::new(baseline.evaluation.errors.len(), self.options.seed);
         let decision = Decision { verdict: Verdict::Nothing, class: Vec::new() };
-        let mut found = Found { session, baseline, candidates, bootstrap, decision, rest };
+        let mut found = Found { session, baseline, candidates, bootstrap, decision, rest, remembered: 0.0 };
         found.refine_floor();
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
         let alarm = found.rest.alarm() || found.selection().any_explains();
@@ -79,12 +85,11 @@ impl Inquiry<'_> {
         if found.decision.named().is_none() && is_implausible(&found.session, &found.baseline) {
             return Err(wrong_rig(self.robot, &found.session, &found.baseline));
         }
+        if alarm && found.decision.verdict == Verdict::Unexplained {
+            self.ask_what_is_left(&mut found, &effects);
+        }
         if found.decision.verdict == Verdict::Unexplained {
-            self.options.tell("fitting pairs of effects", 0.7);
-            found.candidates.extend(search::pairs(&found.session, &found.candidates));
-            search::apart(&found.session, &found.baseline, &mut found.candidates);
-            found.refine_floor();
-            found.decide(alarm);
+            self.pairs(&mut found, &effects);
         }
         if let Some(named) = found.decision.named() {
             found.rest = self.screen(&found.session, &found.candidates[named], &effects);
@@ -98,6 +103,44 @@ impl Inquiry<'_> {
             self.add_curves(&mut found.rest, &found.session, after);
         }
         Ok(found)
+    }
+
+    /// Where the best model does not reach the fast scatter, what it leaves may still be noise, which remembers.
+    fn ask_what_is_left(&self, found: &mut Found, effects: &[Id]) {
+        let Some(best) = best(&found.candidates) else { return };
+        if self.leaves_noise(&found.session, best, effects) {
+            found.remembered = best.mean_square();
+            found.decide(true);
+        }
+    }
+
+    /// Whether no screen sees anything in what a model leaves.
+    fn leaves_noise(&self, session: &Session, model: &Candidate, effects: &[Id]) -> bool {
+        let mut screen = self.screen(session, model, effects);
+        if screen.is_noise() {
+            self.add_curves(&mut screen, session, model);
+        }
+        screen.is_noise()
+    }
+
+    /// Tries pairs of effects: of each of the best few with what a screen about it proposes.
+    fn pairs(&self, found: &mut Found, effects: &[Id]) {
+        self.options.tell("fitting pairs of effects", 0.7);
+        let mut leading: Vec<&Candidate> = found.candidates.iter().collect();
+        leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+        let proposed: Vec<_> = leading
+            .into_iter()
+            .take(LEADING)
+            .map(|one| (one, self.screen(&found.session, one, effects).proposals(&found.session.model)))
+            .collect();
+        let pairs = search::pairs(&found.session, &found.candidates, &proposed);
+        found.candidates.extend(pairs);
+        search::apart(&found.session, &found.baseline, &mut found.candidates);
+        found.refine_floor();
+        found.decide(true);
+        if found.decision.verdict == Verdict::Unexplained {
+            self.ask_what_is_left(found, effects);
+        }
     }
 
     fn screen(&self, session: &Session, model: &Candidate, effects: &[Id]) -> Screen {
@@ -126,7 +169,12 @@ impl Inquiry<'_> {
                 return Ok((screen, Vec::new()));
             }
             let done = AtomicUsize::new(0);
-            candidates = search::singles(session, baseline, effects, &candidates, &|| {
+            let proposals = screen.proposals(&session.model);
+            let enough = |tried: &[Candidate]| {
+                let reached = tried.iter().any(|one| reaches(session.noise, baseline, one));
+                reached || best(tried).is_some_and(|best| self.leaves_noise(session, best, effects))
+            };
+            candidates = search::singles(session, baseline, &proposals, &candidates, &enough, &|| {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 let passes = pass as f64 + done as f64 / effects.len() as f64;
                 self.options.tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
@@ -147,7 +195,10 @@ impl Inquiry<'_> {
 
     /// Looks for a second effect in what a screen about the named one leaves.
     fn second(&self, found: &mut Found, named: usize, effects: &[Id]) {
-        let pairs = search::beside(&found.session, &found.candidates[named], &found.rest.effects());
+        let sure = found.rest.effects();
+        let proposals: Vec<_> =
+            found.rest.proposals(&found.session.model).into_iter().filter(|one| sure.contains(&one.effect)).collect();
+        let pairs = search::beside(&found.session, &found.candidates[named], &proposals);
         if pairs.is_empty() {
             return;
         }

@@ -52,6 +52,7 @@ mod floor;
 pub mod identify;
 mod inquiry;
 mod map;
+mod memory;
 mod model;
 mod motion;
 mod nominal;
@@ -80,7 +81,7 @@ use fit::Fit;
 use inquiry::{Found, Inquiry};
 use recording::Recording;
 use search::Candidate;
-use selection::{Decision, Selection};
+use selection::Selection;
 use session::Session;
 
 pub use experiment::{Experiment, Piece, Separation, design_experiment};
@@ -297,7 +298,7 @@ fn with_reason(error: DiagnoseError, robot: &Robot, fit: &[Recording], held_out:
 fn judged(session: &mut Session, fit: Fit) -> Candidate {
     let evaluation = session.evaluate(&fit);
     session.remember(&evaluation);
-    Candidate { effects: Vec::new(), fit, evaluation }
+    Candidate { effects: Vec::new(), fit, evaluation, sized: true }
 }
 
 fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
@@ -314,7 +315,7 @@ fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
         .zip(&also)
         .map(|(effect, also)| Cause {
             effect: effect.name().to_owned(),
-            also: also.iter().map(|effect| effect.name().to_owned()).chain(resembled(decision, *effect)).collect(),
+            also: also.iter().map(|effect| effect.name().to_owned()).collect(),
             parameters: values::of_effect(&extended, *effect),
         })
         .collect();
@@ -360,14 +361,6 @@ fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
 /// The effects of a model by name.
 fn names(model: &Candidate) -> Vec<String> {
     model.effects.iter().map(|effect| effect.name().to_owned()).collect()
-}
-
-/// What the catalogue does not have but these data cannot rule out: an effect that does not reach the floor may be the better
-/// part of what it resembles.
-fn resembled(decision: &Decision, effect: Id) -> Vec<String> {
-    let unexplained = decision.verdict == Verdict::Unexplained;
-    let resembles = if unexplained { effect.spec().resembles } else { &[] };
-    resembles.iter().map(|&name| name.to_owned()).collect()
 }
 
 /// The evidence for every model that was tried, best first, the nominal one in front.

@@ -81,6 +81,12 @@ impl Free {
         }
     }
 
+    /// Whether the effect that it belongs to is absent where it and those like it are 0: it says how large the effect is.
+    #[must_use]
+    pub fn is_size(&self) -> bool {
+        matches!(self.scale, Scale::Linear(_)) && self.low <= 0.0 && self.high > 0.0
+    }
+
     /// Whether its bounds leave no room.
     #[must_use]
     pub fn held(&self) -> bool {

@@ -10,7 +10,7 @@
 //! longer than noise remembers. The chance that any effect of the library looks as good by accident is held by step-down minima of
 //! p-values (P. H. Westfall and S. S. Young, "Resampling-based multiple testing", 1993, algorithm 2.8).
 
-use effects::{Id, Scale};
+use effects::Id;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
@@ -29,8 +29,12 @@ const RESAMPLES: usize = 4000;
 const FAMILY_ERROR: f64 = 0.005;
 /// What promises to lower the sum of squares by less than this share is not worth a name, however sure it is.
 const LEAST_PROMISED: f64 = 0.0015;
+/// What promises to lower the sum of squares by this share is not noise only because it may be an accident.
+const UNDECIDED: f64 = 0.04;
 /// Blocks are at least this long, s: longer than the noise of a reading remembers.
 const BLOCK_S: f64 = 0.5;
+/// Most shapes of an effect that are worth a fit.
+const MOST_STARTS: usize = 3;
 /// Standard deviations to a one-sided limit of 95 %.
 const ONE_SIDED: f64 = 1.645;
 /// A share of a direction's curvature that is left below this is not seen beside the numbers.
@@ -58,6 +62,8 @@ pub struct Screened {
     pub family_chance: f64,
     /// Of an effect, the upper 95 % limits of the numbers that say how large it is, in the fit's own coordinates: by name.
     pub limits: Vec<(Number, f64)>,
+    /// Of an effect that nothing makes small, the same of how much of it there may be, where its starting point has 1.
+    pub dose: Option<f64>,
 }
 
 impl Screened {
@@ -65,6 +71,17 @@ impl Screened {
     fn is_sure(&self) -> bool {
         self.family_chance <= FAMILY_ERROR && self.promised >= LEAST_PROMISED
     }
+}
+
+/// An effect that may be worth a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposal {
+    /// Which.
+    pub effect: Id,
+    /// Its starting points that are worth a fit, the most promising first.
+    pub starts: Vec<usize>,
+    /// By how much the linear model promises to lower the sum of squares at the best of them, as a share of it.
+    pub promised: f64,
 }
 
 /// What a screen says.
@@ -99,6 +116,13 @@ impl Screen {
         self.directions.iter().any(Screened::is_sure) || self.motion_chance <= FAMILY_ERROR
     }
 
+    /// Whether what was screened is noise: no alarm, and nothing that promises much either, as it may where there is too little to
+    /// be sure of anything.
+    #[must_use]
+    pub fn is_noise(&self) -> bool {
+        !self.alarm() && self.directions.iter().all(|one| one.promised < UNDECIDED)
+    }
+
     /// Effects that are more than an accident, the most promising first.
     #[must_use]
     pub fn effects(&self) -> Vec<Id> {
@@ -116,6 +140,31 @@ impl Screen {
             }
         }
         effects
+    }
+
+    /// Every effect that was screened, the most promising first.
+    #[must_use]
+    pub fn proposals(&self, model: &FileModel) -> Vec<Proposal> {
+        let mut proposals: Vec<Proposal> = Vec::new();
+        let mut by_promise: Vec<(Id, usize, f64)> = Vec::new();
+        for one in &self.directions {
+            if let Direction::Effect(id, start) = one.direction {
+                by_promise.push((id, start, one.promised));
+            }
+        }
+        by_promise.sort_by(|a, b| b.2.total_cmp(&a.2));
+        for (effect, start, promised) in by_promise {
+            match proposals.iter_mut().find(|known| known.effect == effect) {
+                Some(known) if known.starts.len() < MOST_STARTS => known.starts.push(start),
+                Some(_) => {}
+                None => proposals.push(Proposal { effect, starts: vec![start], promised }),
+            }
+        }
+        // Of one shape, all sizes.
+        for one in proposals.iter_mut().filter(|one| shapes(model, one.effect) == 1) {
+            one.starts = (0..model.starts(&[one.effect])).collect();
+        }
+        proposals
     }
 
     /// The coordinate that what is left follows best, where that is more than an accident.
@@ -178,7 +227,7 @@ fn curve_groups(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Group> {
 fn shapes(model: &FileModel, effect: Id) -> usize {
     let starts = |start: usize| -> Vec<f64> {
         let free = model.with(&[effect], start);
-        free.iter().filter(|one| one.scale == Scale::Log || one.low > 0.0).map(|one| one.start).collect()
+        free.iter().filter(|one| !one.is_size()).map(|one| one.start).collect()
     };
     let all = model.starts(&[effect]);
     if (1..all).any(|start| starts(start) != starts(0)) { all } else { 1 }
@@ -189,11 +238,11 @@ fn effect_columns(model: &FileModel, fit: &Fit, effect: Id, start: usize) -> (Ve
     let mut absent = Fit::begin(model, &[effect], start, Vec::new());
     absent.take_over(fit);
     let new = |place: &usize| fit.free.iter().all(|one| one.number != absent.free[*place].number);
-    let sizes: Vec<usize> = (0..absent.free.len())
-        .filter(new)
-        .filter(|&place| matches!(absent.free[place].scale, Scale::Linear(_)))
-        .filter(|&place| absent.free[place].low <= 0.0 && absent.free[place].high > 0.0)
-        .collect();
+    let sizes: Vec<usize> = (0..absent.free.len()).filter(new).filter(|&place| absent.free[place].is_size()).collect();
+    if sizes.is_empty() {
+        // Nothing that makes it small: all of it, as it is at its starting point.
+        return (vec![Some((absent.plant(model), 1.0))], Vec::new());
+    }
     for &place in &sizes {
         absent.coordinates[place] = 0.0;
     }
@@ -226,7 +275,8 @@ struct Scores {
     blocks: Vec<DVector<f64>>,
     /// Their sum, the prior's pull on the numbers included.
     total: DVector<f64>,
-    cost: f64,
+    /// Of what is left, in units of the noise's.
+    squares: f64,
 }
 
 impl Scores {
@@ -244,13 +294,15 @@ impl Scores {
             );
         }
         let mut total: DVector<f64> = blocks.iter().sum();
-        let misfit = fit::misfit(data, fit.cost);
+        // Of these rollouts: the fit may have been made to others, or to another noise.
+        let squares = fit::squares(data, rolled);
+        let weight = fit::prior_weight(data, squares, fit);
         for (i, one) in fit.free.iter().enumerate() {
-            let precision = fit::prior_precision(one, misfit);
+            let precision = weight * one.prior.powi(-2);
             matrix[(i, i)] += precision;
             total[i] -= precision * (fit.coordinates[i] - one.coordinate(one.start));
         }
-        let mut scores = Self { numbers, matrix, blocks, total, cost: fit.cost };
+        let mut scores = Self { numbers, matrix, blocks, total, squares };
         scores.take_numbers_out();
         scores
     }
@@ -297,33 +349,38 @@ impl Scores {
             .iter()
             .zip(statistics)
             .zip(ranked.iter().zip(families))
-            .map(|((group, (found, _)), (ranked, family_chance))| Screened {
-                direction: group.direction,
-                promised: found / self.cost.max(f64::MIN_POSITIVE),
-                chance: ranked[0],
-                family_chance,
-                limits: self.limits(group),
+            .map(|((group, (found, _)), (ranked, family_chance))| {
+                let limits = self.limits(group);
+                let as_a_whole = matches!(group.direction, Direction::Effect(..)) && group.sizes.is_empty();
+                Screened {
+                    direction: group.direction,
+                    promised: found / self.squares.max(f64::MIN_POSITIVE),
+                    chance: ranked[0],
+                    family_chance,
+                    limits: group.sizes.iter().zip(&limits).map(|((number, _), limit)| (*number, *limit)).collect(),
+                    dose: limits.first().copied().filter(|_| as_a_whole),
+                }
             })
             .collect()
     }
 
-    /// Upper 95 % limits of an effect's numbers, from where one step of the linear model puts them and the scatter of the
-    /// blocks' scores; infinite where nothing is seen of them.
-    fn limits(&self, group: &Group) -> Vec<(Number, f64)> {
-        let unknown = || group.sizes.iter().map(|(number, _)| (*number, f64::INFINITY)).collect();
+    /// Upper 95 % limits of the coordinates of a group's columns, from where one step of the linear model puts them and the
+    /// scatter of the blocks' scores; infinite where nothing is seen of them.
+    fn limits(&self, group: &Group) -> Vec<f64> {
         let (first, size) = (group.columns.start - self.numbers, group.columns.len());
         let own = |score: &DVector<f64>| score.rows(first, size).into_owned();
         let Some(factor) = self.matrix.view((first, first), (size, size)).into_owned().cholesky() else {
-            return unknown();
+            return vec![f64::INFINITY; size];
         };
         let step = factor.solve(&own(&self.total));
         let steps: Vec<DVector<f64>> = self.blocks.iter().map(|block| factor.solve(&own(block))).collect();
-        let limit = |(i, &(number, signed)): (usize, &(Number, bool))| {
+        let limit = |i: usize| {
             let deviation = steps.iter().map(|step| step[i] * step[i]).sum::<f64>().sqrt();
+            let signed = group.sizes.get(i).is_some_and(|(_, signed)| *signed);
             let from = if signed { step[i].abs() } else { step[i].max(0.0) };
-            (number, if deviation > 0.0 { from + ONE_SIDED * deviation } else { f64::INFINITY })
+            if deviation > 0.0 { from + ONE_SIDED * deviation } else { f64::INFINITY }
         };
-        group.sizes.iter().enumerate().map(limit).collect()
+        (0..size).map(limit).collect()
     }
 
     /// The statistic of a group, and its values with signs of the blocks changed.

@@ -7,6 +7,7 @@ use robot_file::robot::Robot;
 
 use super::DiagnoseError;
 use super::fit::Fit;
+use super::screen::Proposal;
 use super::selection::reaches;
 use super::session::{Evaluation, Session};
 
@@ -19,6 +20,8 @@ pub struct Candidate {
     pub fit: Fit,
     /// How it does on the held-out runs.
     pub evaluation: Evaluation,
+    /// Each of its effects has a size whose interval does not touch zero.
+    pub sized: bool,
 }
 
 impl Candidate {
@@ -30,12 +33,19 @@ impl Candidate {
 
     /// A fit, judged.
     fn of(session: &Session, fit: Fit) -> Self {
-        Self { effects: fit.effects.clone(), evaluation: session.evaluate(&fit), fit }
+        let sized = fit.effects.iter().all(|effect| fit.has_size(&session.model, *effect));
+        Self { effects: fit.effects.clone(), evaluation: session.evaluate(&fit), fit, sized }
     }
 
-    /// Takes over another fit of the same effects where it does better.
+    /// Takes over another fit of the same effects where it does better; one whose numbers the file rules out must do much better
+    /// than one whose numbers it allows.
     fn improve(&mut self, other: Self) {
-        if other.mean_square() < self.mean_square() {
+        let allowed = match (self.fit.strayed(), other.fit.strayed()) {
+            (true, false) => MUCH,
+            (false, true) => 1.0 / MUCH,
+            _ => 1.0,
+        };
+        if other.mean_square() < allowed * self.mean_square() {
             *self = other;
         }
     }
@@ -57,6 +67,24 @@ const MOST_SINGLE: usize = 5;
 const MOST_FURTHER: usize = 3;
 /// Pairs are formed among this many of the best single effects.
 const PAIRED: usize = 3;
+/// So many effects that promise this share of the best one's are tried before the others, with what those of the first few are
+/// easily mistaken for.
+const FIRST: (usize, f64, usize) = (6, 0.1, 2);
+
+/// Of each of the best single effects, pairs are formed with so many that a screen about it proposes.
+const PROPOSED: usize = 4;
+
+/// Much better, or worse, is this factor of the mean square error.
+const MUCH: f64 = 1.25;
+
+/// A model to be tried.
+struct Wanted<'a> {
+    effects: Vec<Id>,
+    /// The fit whose numbers it takes over.
+    from: &'a Fit,
+    /// Starting points of what that fit does not have.
+    starts: Vec<usize>,
+}
 
 /// Every effect that a diagnosis tries and some that are asked for, as far as the file lacks them and these runs can show them.
 ///
@@ -87,20 +115,27 @@ pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<
     Ok(Id::all().filter(tried).filter(|&id| !in_file(id)).filter(shows).collect())
 }
 
-/// Fits and judges every effect on its own, the best few of those that were tried before from where they ended too; `done`
-/// is told after each.
+/// Fits and judges single effects: the promising ones, and the others only where `enough` is not said of the outcome; the best
+/// few of those that were tried before from where they ended too. `done` is told after each.
 #[must_use]
 pub fn singles(
     session: &Session,
     baseline: &Candidate,
-    effects: &[Id],
+    proposals: &[Proposal],
     before: &[Candidate],
+    enough: &(dyn Fn(&[Candidate]) -> bool + Sync),
     done: &(dyn Fn() + Sync),
 ) -> Vec<Candidate> {
-    let wanted: Vec<(Vec<Id>, &Fit)> = effects.iter().map(|&effect| (vec![effect], &baseline.fit)).collect();
-    let mut candidates = try_all(session, &wanted, MOST_SINGLE, done);
+    let (first, others) = promising(proposals);
+    let mut candidates = alone(session, baseline, &first, done);
     from_before(session, &mut candidates, before);
-    if baseline.fit.strayed() {
+    if !enough(&candidates) {
+        candidates.extend(alone(session, baseline, &others, done));
+        from_before(session, &mut candidates, before);
+        level(session, &mut candidates);
+    }
+    let best = candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    if baseline.fit.strayed() || best.is_some_and(|best| best.fit.strayed()) {
         if !candidates.iter().any(|one| reaches(session.noise, baseline, one)) {
             from_file(session, &mut candidates);
             level(session, &mut candidates);
@@ -108,6 +143,29 @@ pub fn singles(
         level_mistaken(session, &mut candidates);
     }
     candidates
+}
+
+/// The proposals that are tried first, and the others.
+fn promising(proposals: &[Proposal]) -> (Vec<&Proposal>, Vec<&Proposal>) {
+    let (most, share, leading) = FIRST;
+    let best = proposals.first().map_or(0.0, |one| one.promised);
+    let related = |effect: Id| {
+        let mut leaders = proposals.iter().take(leading).map(|one| one.effect);
+        leaders.any(|leader| leader.mistaken(effect) || leader.contains(effect) || effect.contains(leader))
+    };
+    let (first, others): (Vec<_>, Vec<_>) = proposals
+        .iter()
+        .enumerate()
+        .partition(|(place, one)| (*place < most && one.promised >= share * best) || related(one.effect));
+    (first.into_iter().map(|(_, one)| one).collect(), others.into_iter().map(|(_, one)| one).collect())
+}
+
+fn alone(session: &Session, baseline: &Candidate, proposals: &[&Proposal], done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
+    let wanted: Vec<Wanted> = proposals
+        .iter()
+        .map(|one| Wanted { effects: vec![one.effect], from: &baseline.fit, starts: one.starts.clone() })
+        .collect();
+    if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_SINGLE, done) }
 }
 
 /// Fits the best few of those that were tried before from where they ended: on runs that have since been read anew.
@@ -141,8 +199,9 @@ fn finish_all(session: &Session, candidates: &mut [Candidate], begun: Vec<(usize
 
 /// Looks at every model briefly from each of its starting points, fits the promising ones (`most` of them) in full,
 /// judges all.
-fn try_all(session: &Session, wanted: &[(Vec<Id>, &Fit)], most: usize, done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
-    let looks: Vec<Fit> = wanted.par_iter().map(|(effects, from)| session.look(effects, from, LOOK)).collect();
+fn try_all(session: &Session, wanted: &[Wanted], most: usize, done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
+    let look = |one: &Wanted| session.look(&one.effects, one.from, &one.starts, LOOK);
+    let looks: Vec<Fit> = wanted.par_iter().map(look).collect();
     let readings = session.coarse_readings();
     let excess: Vec<f64> = looks.iter().map(|look| (look.cost / readings - 1.0).max(0.0)).collect();
     let mut sorted = excess.clone();
@@ -154,14 +213,14 @@ fn try_all(session: &Session, wanted: &[(Vec<Id>, &Fit)], most: usize, done: &(d
         .iter()
         .zip(&excess)
         .filter(|(_, excess)| **excess <= bar)
-        .filter_map(|((effects, _), _)| simpler(effects))
+        .filter_map(|(one, _)| simpler(&one.effects))
         .collect();
     let mut candidates: Vec<Candidate> = looks
         .into_par_iter()
         .zip(wanted)
         .zip(excess)
-        .map(|((look, (effects, _)), excess)| {
-            let promising = excess <= bar || contained.contains(effects);
+        .map(|((look, one), excess)| {
+            let promising = excess <= bar || contained.contains(&one.effects);
             let fit = if promising { session.finish(look, ROUNDS, TOLERANCE) } else { look };
             let candidate = Candidate::of(session, fit);
             done();
@@ -218,45 +277,57 @@ fn simpler(effects: &[Id]) -> Option<Vec<Id>> {
     Some(simpler)
 }
 
-/// Fits and judges pairs of the best single effects.
+/// Fits and judges pairs: of single effects each with what a screen about it proposes, and the best few among themselves.
 #[must_use]
-pub fn pairs(session: &Session, singles: &[Candidate]) -> Vec<Candidate> {
-    let mut order: Vec<&Candidate> = singles.iter().collect();
-    order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
-    let mut wanted: Vec<(Vec<Id>, &Fit)> = Vec::new();
-    for (i, first) in order.iter().enumerate() {
-        for (j, second) in order.iter().enumerate().skip(i + 1) {
-            // The best one with every other, and the rest of the best few among themselves.
-            if (i == 0 || j < PAIRED) && !first.effects[0].overlaps(second.effects[0]) {
-                let mut effects = vec![first.effects[0], second.effects[0]];
-                effects.sort();
-                wanted.push((effects, &first.fit));
-            }
+pub fn pairs(session: &Session, singles: &[Candidate], proposed: &[(&Candidate, Vec<Proposal>)]) -> Vec<Candidate> {
+    let mut wanted: Vec<Wanted> = Vec::new();
+    let mut want = |first: &Candidate, second: Id, starts: &[usize], from| {
+        let mut effects = vec![first.effects[0], second];
+        effects.sort();
+        if !first.effects[0].overlaps(second) && !wanted.iter().any(|one| one.effects == effects) {
+            wanted.push(Wanted { effects, from, starts: starts.to_vec() });
+        }
+    };
+    for (first, proposals) in proposed {
+        for second in proposals.iter().take(PROPOSED) {
+            want(first, second.effect, &second.starts, &first.fit);
         }
     }
-    let contained: Vec<(Vec<Id>, &Fit)> = wanted
+    let mut order: Vec<&Candidate> = singles.iter().collect();
+    order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    for (i, first) in order.iter().take(PAIRED).enumerate() {
+        for second in &order[i + 1..PAIRED.min(order.len())] {
+            want(first, second.effects[0], &session.all_starts(&second.effects), &first.fit);
+        }
+    }
+    let contained: Vec<Wanted> = wanted
         .iter()
-        .filter_map(|(effects, _)| simpler(effects))
-        .filter(|pair| pair[0] != pair[1] && !wanted.iter().any(|(effects, _)| effects == pair))
-        .filter_map(|pair| {
-            let alone = order.iter().find(|candidates| pair.contains(&candidates.effects[0]))?;
-            Some((pair, &alone.fit))
+        .filter_map(|one| simpler(&one.effects))
+        .filter(|pair| pair[0] != pair[1] && !wanted.iter().any(|one| one.effects == *pair))
+        .filter_map(|effects| {
+            let alone = order.iter().find(|candidates| effects.contains(&candidates.effects[0]))?;
+            let starts = session.all_starts(&effects);
+            Some(Wanted { effects, from: &alone.fit, starts })
         })
         .collect();
     wanted.extend(contained);
-    try_all(session, &wanted, MOST_FURTHER, &|| ())
+    if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_FURTHER, &|| ()) }
 }
 
 /// Fits and judges the first few of several effects beside the one of a single-effect model.
 #[must_use]
-pub fn beside(session: &Session, single: &Candidate, effects: &[Id]) -> Vec<Candidate> {
-    let with = |second: &Id| {
-        let mut pair = vec![single.effects[0], *second];
-        pair.sort();
-        (pair, &single.fit)
+pub fn beside(session: &Session, single: &Candidate, proposals: &[Proposal]) -> Vec<Candidate> {
+    let with = |second: &Proposal| {
+        let mut effects = vec![single.effects[0], second.effect];
+        effects.sort();
+        Wanted { effects, from: &single.fit, starts: second.starts.clone() }
     };
-    let wanted: Vec<(Vec<Id>, &Fit)> =
-        effects.iter().filter(|second| !single.effects[0].overlaps(**second)).take(MOST_FURTHER).map(with).collect();
+    let wanted: Vec<Wanted> = proposals
+        .iter()
+        .filter(|second| !single.effects[0].overlaps(second.effect))
+        .take(MOST_FURTHER)
+        .map(with)
+        .collect();
     if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_FURTHER, &|| ()) }
 }
 

@@ -39,6 +39,13 @@ const SUGGESTS: f64 = 0.01;
 /// [`Bootstrap::deciding_mean_squares`], of which 10 lie beyond it: the least of the 600 resamples that serve the reported
 /// intervals would stand for any tail below 1/600.
 pub(super) const TAIL: f64 = 0.001;
+/// The same for a rival: a set of models holds the right one, where it was tried, but for this share of the diagnoses. Asking as
+/// much of it as of a richer model would name half of the library.
+const RIVAL_TAIL: f64 = 0.025;
+/// Two models are the same up to this factor of their errors (mean square).
+const SAME: f64 = 1.001;
+/// A rival with so many more numbers than a simpler model of the set must do better than it to stay.
+const RICHER: usize = 2;
 
 /// The decision.
 #[derive(Clone, Debug)]
@@ -143,6 +150,10 @@ impl Selection<'_> {
     /// Whether `to` is better than `from` beyond doubt and by enough to matter.
     #[must_use]
     pub fn beats(&self, to: &Candidate, from: &Candidate) -> bool {
+        self.beats_within(to, from, TAIL)
+    }
+
+    fn beats_within(&self, to: &Candidate, from: &Candidate, tail: f64) -> bool {
         let gained = from.mean_square() - to.mean_square();
         let excess = self.baseline.mean_square() - self.noise;
         let pays = share(from.mean_square(), to.mean_square()) > PAYS
@@ -152,7 +163,7 @@ impl Selection<'_> {
         }
         let before = self.bootstrap.deciding_mean_squares(&from.evaluation.errors);
         let after = self.bootstrap.deciding_mean_squares(&to.evaluation.errors);
-        let (low, _) = interval(before.iter().zip(&after).map(|(b, a)| share(*b, *a)).collect(), TAIL);
+        let (low, _) = interval(before.iter().zip(&after).map(|(b, a)| share(*b, *a)).collect(), tail);
         low > 0.0
     }
 
@@ -192,7 +203,8 @@ impl Selection<'_> {
         }
         for effects in [1, 2] {
             let reached: Vec<usize> = (0..self.candidates.len())
-                .filter(|&i| self.candidates[i].effects.len() == effects && self.reaches(&self.candidates[i]))
+                .filter(|&i| self.candidates[i].effects.len() == effects && self.candidates[i].sized)
+                .filter(|&i| self.reaches(&self.candidates[i]))
                 .filter(|&i| self.beats(&self.candidates[i], self.baseline))
                 .collect();
             if !reached.is_empty() {
@@ -211,7 +223,7 @@ impl Selection<'_> {
     pub fn with_second(&self, decision: &Decision) -> Option<Decision> {
         let single = &self.candidates[decision.named()?];
         let excess = self.baseline.mean_square() - self.noise;
-        let pays = |pair: &Candidate| single.mean_square() - pair.mean_square() > SECOND_PAYS * excess;
+        let pays = |pair: &Candidate| pair.sized && single.mean_square() - pair.mean_square() > SECOND_PAYS * excess;
         let pairs: Vec<usize> = (0..self.candidates.len())
             .filter(|&i| {
                 self.candidates[i].effects.len() == 2 && self.candidates[i].effects.contains(&single.effects[0])
@@ -230,7 +242,7 @@ impl Selection<'_> {
         let mut class: Vec<usize> = models
             .iter()
             .copied()
-            .filter(|&i| i == best || !self.beats(&self.candidates[best], &self.candidates[i]))
+            .filter(|&i| i == best || !self.beats_within(&self.candidates[best], &self.candidates[i], RIVAL_TAIL))
             .collect();
         // What contains a simpler one of the class is no rival, and not named even where it is the best by a trace.
         class.sort_by_key(|&i| (self.candidates[i].fit.free.len(), (1e6 * self.ratio(&self.candidates[i])) as u64));
@@ -245,8 +257,19 @@ impl Selection<'_> {
                     && !self.suggests(&self.candidates[i], &self.candidates[j])
             })
         };
-        let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i)).collect();
-        if let Some(place) = class.iter().position(|&i| i == best) {
+        let numbers = |i: usize| self.candidates[i].fit.free.len();
+        let imitates = |i: usize| {
+            let simpler = |j: &&usize| numbers(**j) + RICHER <= numbers(i);
+            class.iter().filter(simpler).any(|&j| !self.suggests(&self.candidates[i], &self.candidates[j]))
+        };
+        let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i) && !imitates(i)).collect();
+        // Of those that do the same to a per mille, as one law under two names, the one that the catalogue has first.
+        let same = |i: usize| {
+            let [one, least] = [i, best].map(|i| &self.candidates[i]);
+            i == best || (one.mean_square() < SAME * least.mean_square() && numbers(i) <= numbers(best))
+        };
+        let first = class.iter().copied().filter(|&i| same(i)).min_by_key(|&i| &self.candidates[i].effects);
+        if let Some(place) = class.iter().position(|&i| Some(i) == first) {
             class[..=place].rotate_right(1);
         }
         let verdict = if class.len() > 1 && verdict == Verdict::Explained { Verdict::Ambiguous } else { verdict };
@@ -265,7 +288,12 @@ impl Selection<'_> {
         let [value, low, _] = self.trimmed(self.baseline, &self.candidates[best]);
         let fit = &self.candidates[best].fit;
         let astray = fit.at_bounds() > 0 || fit.strayed();
-        if astray || all < LEAST_OVERALL || value < SUBSTANTIAL || low < 0.5 * SUBSTANTIAL {
+        if astray
+            || !self.candidates[best].sized
+            || all < LEAST_OVERALL
+            || value < SUBSTANTIAL
+            || low < 0.5 * SUBSTANTIAL
+        {
             return None;
         }
         let is_rival = |i: &usize| {
@@ -319,7 +347,7 @@ mod tests {
             covariance: DMatrix::zeros(0, 0),
         };
         let evaluation = Evaluation { rolled: Vec::new(), errors: vec![(mean_square, 1.0); 100], starts: Vec::new() };
-        Candidate { effects, fit, evaluation }
+        Candidate { effects, fit, evaluation, sized: true }
     }
 
     fn decide(baseline: f64, candidates: &[Candidate]) -> Decision {

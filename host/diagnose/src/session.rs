@@ -241,7 +241,7 @@ impl Session {
                 track.weight[spike] = 0.0;
             }
         }
-        Scatter::mean_square(&scatters).max(LEAST_NOISE * LEAST_NOISE)
+        floor_of(tracks, &scatters)
     }
 
     /// The numbers of a fit to runs that have since been cut anew, with first guesses of the starts.
@@ -288,10 +288,16 @@ impl Session {
     }
 
     /// A first look at the file's model with further effects: a few rounds on a third of the rollouts, beginning where
-    /// another fit ended, from each of the effects' starting points. The starts of the outcome are those of `from`.
+    /// another fit ended, from some of the effects' starting points. The starts of the outcome are those of `from`.
     #[must_use]
-    pub fn look(&self, effects: &[Id], from: &Fit, rounds: usize) -> Fit {
-        self.best_of_starts(effects, from, |begun, far| self.look_on(begun, from, rounds, far))
+    pub fn look(&self, effects: &[Id], from: &Fit, starts: &[usize], rounds: usize) -> Fit {
+        self.best_of_starts(effects, from, starts, |begun, far| self.look_on(begun, from, rounds, far))
+    }
+
+    /// All starting points of effects.
+    #[must_use]
+    pub fn all_starts(&self, effects: &[Id]) -> Vec<usize> {
+        (0..self.model.starts(effects)).collect()
     }
 
     /// A first look that begins at the file's own numbers: they stay there until those of the effects suit them. Without
@@ -299,16 +305,16 @@ impl Session {
     #[must_use]
     pub fn look_from_file(&self, effects: &[Id], rounds: usize) -> Fit {
         let from = &self.unfitted;
-        self.best_of_starts(effects, from, |begun, far| {
+        self.best_of_starts(effects, from, &self.all_starts(effects), |begun, far| {
             self.look_on(self.suited(begun, from, rounds, f64::INFINITY), from, rounds, far)
         })
     }
 
-    /// The best of what comes of a fit from each starting point of effects, with the other numbers from another fit. What
-    /// a fit is given to be far off is a multiple of the least cost so far.
-    fn best_of_starts(&self, effects: &[Id], from: &Fit, fit: impl Fn(Fit, f64) -> Fit) -> Fit {
+    /// The best of what comes of a fit from each starting point of effects, with the other numbers from another fit. A
+    /// fit is given up where its cost exceeds [`FAR`] times the least so far.
+    fn best_of_starts(&self, effects: &[Id], from: &Fit, starts: &[usize], fit: impl Fn(Fit, f64) -> Fit) -> Fit {
         let mut best: Option<Fit> = None;
-        for start in 0..self.model.starts(effects) {
+        for &start in starts {
             let mut begun = Fit::begin(&self.model, effects, start, self.coarse_starts(from));
             begun.take_over(from);
             let one = fit(begun, best.as_ref().map_or(f64::INFINITY, |best| FAR * best.cost));
@@ -316,7 +322,7 @@ impl Session {
                 best = Some(one);
             }
         }
-        best.unwrap_or_else(|| from.clone())
+        best.unwrap_or_else(|| Fit::begin(&self.model, effects, 0, self.coarse_starts(from)))
     }
 
     /// A fit that has begun, with those numbers of added effects that suit the ones of another fit, on a third of the
@@ -348,7 +354,8 @@ impl Session {
     /// there; those stay until the others suit them.
     #[must_use]
     pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
-        let mut fit = self.best_of_starts(effects, from, |begun, far| self.suited(begun, from, rounds, far));
+        let starts = self.all_starts(effects);
+        let mut fit = self.best_of_starts(effects, from, &starts, |begun, far| self.suited(begun, from, rounds, far));
         fit.starts.clone_from(&from.starts);
         self.finish(fit, rounds, tolerance)
     }
@@ -363,10 +370,7 @@ impl Session {
     /// Readings that the coarse set has, about: the cost that noise alone would leave there.
     #[must_use]
     pub fn coarse_readings(&self) -> f64 {
-        let readings = |track: &Track| -> f64 {
-            track.segments.iter().map(|one| track.weight[one.first..one.last].iter().sum::<f64>() - 2.0).sum()
-        };
-        self.coarse.iter().map(readings).sum::<f64>().max(1.0)
+        self.coarse.iter().map(Track::readings).sum::<f64>().max(1.0)
     }
 
     /// Judges a model by free rollouts on the held-out runs. The start (angle and speed) of each rollout is fitted to
@@ -393,7 +397,7 @@ impl Session {
     pub fn scatter_about(&self, evaluation: &Evaluation) -> f64 {
         let scatters: Vec<Scatter> =
             self.held_out.iter().zip(&evaluation.rolled).map(|(track, rolled)| floor::scatter(track, rolled)).collect();
-        Scatter::mean_square(&scatters).max(LEAST_NOISE * LEAST_NOISE)
+        floor_of(&self.held_out, &scatters)
     }
 
     /// Keeps the starts of a judgement as a first guess for the next.
@@ -404,4 +408,14 @@ impl Session {
             self.guesses[2] = evaluation.starts.clone();
         }
     }
+}
+
+/// Mean square that noise alone leaves of the rollouts of some runs, rad².
+fn floor_of(tracks: &[Track], scatters: &[Scatter]) -> f64 {
+    let mut readings: Vec<f64> = tracks
+        .iter()
+        .flat_map(|track| track.segments.iter().map(|one| track.weight[one.first..one.last].iter().sum::<f64>()))
+        .collect();
+    let usual = common::median(&mut readings).unwrap_or(0.0);
+    Scatter::of_rollouts(scatters, usual as usize).max(LEAST_NOISE * LEAST_NOISE)
 }

@@ -130,10 +130,17 @@ fn coulomb(torque_nm: f64) -> Laws {
 }
 
 fn assert_found(rig: &Rig, effect: &str, key: &str, truth: f64) {
+    assert_found_in_class(rig, &[effect], key, truth);
+}
+
+/// The first of a class is named, and the others beside it.
+fn assert_found_in_class(rig: &Rig, class: &[&str], key: &str, truth: f64) {
     let diagnosis = diagnosed(rig, 3);
-    assert_eq!(diagnosis.verdict, Verdict::Explained, "{:?}", diagnosis.detail.summary);
+    let verdict = if class.len() > 1 { Verdict::Ambiguous } else { Verdict::Explained };
+    assert_eq!(diagnosis.verdict, verdict, "{:?}", diagnosis.detail.summary);
     let [cause] = diagnosis.causes.as_slice() else { panic!("{:?}", diagnosis.causes) };
-    assert_eq!((cause.effect.as_str(), cause.also.len()), (effect, 0));
+    let named: Vec<&str> = std::iter::once(&cause.effect).chain(&cause.also).map(String::as_str).collect();
+    assert_eq!(named, class);
     let [value, low, high] = cause.parameters[key];
     // The scale of all torques hangs on the file's inertia: what is wrong there is wrong here.
     assert!((0.6..1.5).contains(&(value / truth)), "{key}: {value}, truth {truth}");
@@ -195,7 +202,9 @@ fn driver_drop_is_found_and_its_slope_is_a_resistance() {
 #[test]
 fn a_deadband_is_found() {
     let law = DriverDeadband { width_duty: 0.06 };
-    assert_found(&changed(|rig| rig.shaft.laws.driver_deadband = Some(law)), "driver_deadband", "width_duty", 0.06);
+    let rig = changed(|rig| rig.shaft.laws.driver_deadband = Some(law));
+    // At one supply, a share of the duty and a voltage are the same.
+    assert_found_in_class(&rig, &["driver_drop_by_command", "driver_deadband"], "drop_v", 0.06 * 5.0);
 }
 
 #[test]
@@ -210,7 +219,9 @@ fn sensor_nonlinearity_is_found() {
 
 #[test]
 fn sensor_delay_is_found() {
-    assert_found(&changed(|rig| rig.delay_samples = 2), "sensor_delay", "delay_s", 2e-3);
+    // Nothing but the command and the angle was recorded: which of them is late, nobody can say.
+    let rig = changed(|rig| rig.delay_samples = 2);
+    assert_found_in_class(&rig, &["command_latency", "sensor_delay"], "latency_s", 2e-3);
 }
 
 #[test]
@@ -343,7 +354,10 @@ fn a_deadband_acts_on_the_duty_whatever_supply_was_measured() {
     let mut robot = bench();
     robot.supply.rail_v.value = 10.0;
     let diagnosis = diagnose(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
-    let [width, ..] = diagnosis.causes[0].parameters["width_duty"];
+    // At one supply a drop in volts does the same: it is among the others then.
+    let others = diagnosis.detail.rivals.iter().flatten();
+    let width =
+        diagnosis.detail.extended.iter().chain(others).find(|one| one.path.ends_with("width_duty")).unwrap().value;
     assert!((width / 0.06 - 1.0).abs() < 0.1, "{width}");
     let torque_constant =
         diagnosis.detail.extended.iter().find(|one| one.path.contains("torque_constant")).unwrap().value;
@@ -429,42 +443,22 @@ fn asked(effect: &str) -> Options {
     Options { also_try: vec![Id::of(effect).unwrap()], ..Options::default() }
 }
 
-/// Where it is asked for, named and of the right size.
-fn assert_found_if_asked(rig: &Rig, effect: &str, key: &str, truth: f64) {
-    let runs = rig.runs(3);
-    let diagnosis = diagnose(&bench(), &runs[..4], &runs[4..], &asked(effect)).unwrap();
-    assert_eq!(diagnosis.verdict, Verdict::Explained, "{:?}", diagnosis.detail.summary);
-    let [cause] = diagnosis.causes.as_slice() else { panic!("{:?}", diagnosis.causes) };
-    assert_eq!((cause.effect.as_str(), cause.also.len()), (effect, 0));
-    let [value, low, high] = cause.parameters[key];
-    println!("{effect}.{key}: {value} ({low} … {high}), {truth} was put in");
-    assert!((0.6..1.5).contains(&(value / truth)), "{key}: {value}, truth {truth}");
-    assert!(diagnosis.after < 1.05 * diagnosis.noise_floor, "{:?}", diagnosis.detail.summary);
-}
-
 #[test]
-fn a_constant_torque_is_found_if_it_is_asked_for_and_not_tried_else() {
+fn a_constant_torque_is_found() {
     let law = BiasTorque { torque_nm: 1e-4 };
-    let rig = changed(|rig| rig.shaft.laws.bias_torque = Some(law));
-    assert_found_if_asked(&rig, "bias_torque", "torque_nm", 1e-4);
-    let by_itself = diagnosed(&rig, 3);
-    let tried = by_itself.detail.candidates.iter().flat_map(|one| &one.effects);
-    let all: Vec<&str> = tried.map(String::as_str).collect();
-    assert!(all.contains(&"gravity_tilt") && !all.contains(&"bias_torque"), "{all:?}");
+    assert_found(&changed(|rig| rig.shaft.laws.bias_torque = Some(law)), "bias_torque", "torque_nm", 1e-4);
 }
 
 #[test]
-fn torque_ripple_of_any_order_is_found_if_it_is_asked_for() {
+fn torque_ripple_of_any_order_is_found() {
     let law = TorqueRipple { order: 7.0, torque_nm: 2e-4, phase_rad: 0.7 };
-    let rig = changed(|rig| rig.shaft.laws.torque_ripple = Some(law));
-    assert_found_if_asked(&rig, "torque_ripple", "torque_nm", 2e-4);
+    assert_found(&changed(|rig| rig.shaft.laws.torque_ripple = Some(law)), "torque_ripple", "torque_nm", 2e-4);
 }
 
 #[test]
-fn a_flexible_shaft_is_found_if_it_is_asked_for() {
+fn a_flexible_shaft_is_found() {
     let law = ShaftCompliance { stiffness_nm_per_rad: 4e-3, damping_ratio: 0.1, load_share: 0.35 };
-    let rig = changed(|rig| rig.shaft.laws.shaft_compliance = Some(law));
-    assert_found_if_asked(&rig, "shaft_compliance", "load_share", 0.35);
+    assert_found(&changed(|rig| rig.shaft.laws.shaft_compliance = Some(law)), "shaft_compliance", "load_share", 0.35);
 }
 
 #[test]

@@ -69,6 +69,11 @@ pub struct Cut {
     pub most_segments: usize,
 }
 
+/// A rig may turn so many times as fast as its file says.
+const FASTER: f64 = 2.0;
+/// rad.
+const NEARLY_HALF_A_TURN: f64 = 2.5;
+
 impl Track {
     /// Checks a recording and makes it ready; `index` names a run without a path.
     pub fn new(robot: &Robot, recording: &Recording, index: usize) -> Result<Self, DiagnoseError> {
@@ -137,7 +142,7 @@ impl Track {
         let mut track = Self {
             t: recording.t_s.clone(),
             weight: angle.iter().map(|reading| f64::from(reading.is_some())).collect(),
-            angle: unwrapped(&angle),
+            angle: unwrapped(&angle, FASTER * no_load_speed(robot) * usual_step(&recording.t_s)),
             drive_scale: drive.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
             drive,
             terminals_measured,
@@ -158,9 +163,13 @@ impl Track {
     /// Usual time between samples, s.
     #[must_use]
     pub fn usual_step(&self) -> f64 {
-        let mut steps: Vec<f64> = self.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let middle = steps.len() / 2;
-        *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+        usual_step(&self.t)
+    }
+
+    /// Readings of all segments, without the two of each that its start takes.
+    #[must_use]
+    pub fn readings(&self) -> f64 {
+        self.segments.iter().map(|one| self.weight[one.first..one.last].iter().sum::<f64>() - 2.0).sum()
     }
 
     /// Cuts the run into segments.
@@ -309,8 +318,18 @@ fn angle_of_code(sensor: &Potentiometer, code: u16) -> Option<f64> {
     usable.then(|| wrap(element.angle(volts)))
 }
 
-/// Readings on one continuous scale. Across missing readings the shaft is taken to go on at the speed it had.
-pub fn unwrapped(readings: &[Option<f64>]) -> Vec<f64> {
+fn usual_step(t_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Readings on one continuous scale. Across missing readings the shaft is taken to go on at the speed it had; so it is from one to
+/// the next where it may turn by `farthest` (rad) in between, and that is near half a turn: which turn it is, the reading alone does
+/// not say then.
+pub fn unwrapped(readings: &[Option<f64>], farthest: f64) -> Vec<f64> {
+    let mut last_turned = 0.0;
+    let goes_on = farthest > NEARLY_HALF_A_TURN;
     let mut out = vec![f64::NAN; readings.len()];
     let mut before: Option<(usize, f64)> = None;
     let mut per_sample = 0.0;
@@ -319,8 +338,14 @@ pub fn unwrapped(readings: &[Option<f64>]) -> Vec<f64> {
         out[i] = match before {
             None => angle,
             Some((j, last)) => {
-                let expected = if i - j == 1 { last } else { last + per_sample * (i - j) as f64 };
-                expected + wrap(angle - expected)
+                let expected = match i - j {
+                    1 if goes_on => last + last_turned,
+                    1 => last,
+                    missing => last + per_sample * missing as f64,
+                };
+                let now = expected + wrap(angle - expected);
+                last_turned = (now - last) / (i - j) as f64;
+                now
             }
         };
         if i >= 8 && out[i - 8].is_finite() {

@@ -6,14 +6,11 @@ use common::wrap;
 use effects::Id;
 use robot_file::robot::{Quantity, Robot};
 
-use super::fit::Fit;
+use super::fit::{Fit, WIDE};
 use super::nominal::FileModel;
 use super::numbers::{Free, Number};
 use super::screen::{Direction, Screen, Screened};
 use super::verdict::{FittedParameter, Limit};
-
-/// Standard deviations to the ends of a 95 % interval.
-const WIDE: f64 = 1.96;
 
 /// Value and 95 % interval in SI and radians, inside the bounds.
 fn range(free: &Free, coordinate: f64, deviation: f64) -> [f64; 3] {
@@ -142,7 +139,8 @@ fn limit(model: &FileModel, id: Id, screened: &Screened) -> Limit {
         effect: id.name().to_owned(),
         at_most,
         chance: screened.family_chance,
-        would_show: screened.limits.iter().all(|(number, limit)| *limit <= usual(*number)),
+        would_show: screened.dose.is_none_or(|dose| dose <= 1.0)
+            && screened.limits.iter().all(|(number, limit)| *limit <= usual(*number)),
     }
 }
 

@@ -45,7 +45,7 @@ pub fn furnish(
     };
     if listed("coulomb_friction") {
         let coulomb_nm = off("effects.coulomb_friction.torque_nm")?;
-        world.bristle = Some(Bristle { coulomb_nm, elastic_share: 0.0, micro_damping: 0.0, ..shape.bristle() });
+        world.bristles = vec![Bristle { coulomb_nm, elastic_share: 0.0, micro_damping: 0.0, ..shape.bristle() }];
     }
     if listed("driver_drop") {
         let volts = off("effects.driver_drop.drop_v")?;
@@ -82,7 +82,7 @@ pub fn furnish(
 
 /// Lifts duties over what friction and drop swallow.
 pub fn lift(drives: &mut [Drive], world: &World) {
-    let friction = world.bristle.map_or(0.0, |bristle| bristle.coulomb_nm / world.rig.stall_torque());
+    let friction = world.bristles.first().map_or(0.0, |bristle| bristle.coulomb_nm / world.rig.stall_torque());
     let drop = world.bridge.map_or(0.0, |bridge| bridge.transistors_v / world.rig.rail_v);
     let swallowed = (friction + drop).min(0.8);
     for drive in drives.iter_mut().filter(|drive| drive.duty.abs() > 0.02) {

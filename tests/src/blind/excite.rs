@@ -9,7 +9,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64;
 use std::f64::consts::TAU;
 
-/// Control ticks per second.
+/// Control ticks per second, usually.
 pub const TICKS_PER_S: f64 = 1000.0;
 
 /// A kind of waveform.
@@ -46,14 +46,14 @@ pub const PLAN: [&[(Kind, f64)]; 6] = [
 /// How many of the runs are for fitting.
 pub const FIT_RUNS: usize = 4;
 
-/// One run's commands, one per control tick.
+/// One run's commands, one per control tick of so many a second.
 #[must_use]
-pub fn run(plan: &[(Kind, f64)], rng: &mut Pcg64) -> Vec<Drive> {
+pub fn run(plan: &[(Kind, f64)], per_s: f64, rng: &mut Pcg64) -> Vec<Drive> {
     let mut drives = Vec::new();
     for &(kind, seconds) in plan {
-        let until = drives.len() + (seconds * TICKS_PER_S).round() as usize;
+        let until = drives.len() + (seconds * per_s).round() as usize;
         while drives.len() < until {
-            phase(kind, until - drives.len(), rng, &mut drives);
+            phase(kind, until - drives.len(), per_s, rng, &mut drives);
         }
         drives.truncate(until);
     }
@@ -70,11 +70,11 @@ fn sign(rng: &mut Pcg64) -> f64 {
 }
 
 /// Appends one piece of a waveform: a step, a sweep, a coast-down. May be longer than what is left.
-fn phase(kind: Kind, left: usize, rng: &mut Pcg64, drives: &mut Vec<Drive>) {
-    let ticks = |seconds: f64| (seconds * TICKS_PER_S).round() as usize;
+fn phase(kind: Kind, left: usize, per_s: f64, rng: &mut Pcg64, drives: &mut Vec<Drive>) {
+    let ticks = |seconds: f64| (seconds * per_s).round() as usize;
     let mut push = |count: usize, duty: &dyn Fn(f64) -> f64, enable: bool| {
         for tick in 0..count {
-            drives.push(Drive { duty: if enable { duty(tick as f64 / TICKS_PER_S) } else { 0.0 }, enable });
+            drives.push(Drive { duty: if enable { duty(tick as f64 / per_s) } else { 0.0 }, enable });
         }
     };
     match kind {
@@ -113,7 +113,7 @@ fn phase(kind: Kind, left: usize, rng: &mut Pcg64, drives: &mut Vec<Drive>) {
         Kind::Chirp => {
             let (amplitude, offset) = (rng.random_range(0.3..0.8), rng.random_range(-0.2..0.2));
             let (from, to) = (rng.random_range(0.4..1.0), rng.random_range(8.0..20.0));
-            let length = left as f64 / TICKS_PER_S;
+            let length = left as f64 / per_s;
             let growth: f64 = to / from;
             let phase = move |t: f64| TAU * from * length / growth.ln() * (growth.powf(t / length) - 1.0);
             push(left, &|t| offset + amplitude * phase(t).sin(), true);

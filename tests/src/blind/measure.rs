@@ -8,8 +8,15 @@
 use super::files::Run;
 use rayon::prelude::*;
 
-/// Length of a rollout, samples (0.1 s at 1 kHz).
-pub const ROLLOUT: usize = 100;
+/// Length of a rollout, s, where that is this many samples at least.
+const ROLLOUT: (f64, usize) = (0.1, 25);
+
+/// Samples of a run's rollouts.
+#[must_use]
+pub fn rollout(run: &Run) -> usize {
+    let per_s = run.t_s.last().map_or(0.0, |end| (run.t_s.len() - 1) as f64 / end);
+    ((ROLLOUT.0 * per_s).round() as usize).max(ROLLOUT.1)
+}
 
 /// The linear motor's three numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,15 +47,15 @@ impl Size {
 }
 
 /// Responses over one piece: to initial speed, and to the drive at unit gain. The initial angle's response is 1.
-fn responses(run: &Run, from: usize, linear: &Linear) -> ([f64; ROLLOUT], [f64; ROLLOUT]) {
-    let mut of_speed = [0.0; ROLLOUT];
-    let mut of_drive = [0.0; ROLLOUT];
+fn responses(run: &Run, from: usize, linear: &Linear) -> (Vec<f64>, Vec<f64>) {
+    let length = rollout(run);
+    let (mut of_speed, mut of_drive) = (vec![0.0; length], vec![0.0; length]);
     // Speed and angle by initial speed, then by drive.
     let (mut w, mut a, mut v, mut b) = (1.0, 0.0, 0.0, 0.0);
-    for n in 0..ROLLOUT {
+    for n in 0..length {
         of_speed[n] = a;
         of_drive[n] = b;
-        if n + 1 == ROLLOUT {
+        if n + 1 == length {
             break;
         }
         let h = run.t_s[from + n + 1] - run.t_s[from + n];
@@ -66,9 +73,9 @@ fn responses(run: &Run, from: usize, linear: &Linear) -> ([f64; ROLLOUT], [f64; 
 }
 
 /// Takes the best share of `1` and `of_speed` out of `signal`, over the samples that were read.
-fn without_start(signal: &mut [f64; ROLLOUT], of_speed: &[f64; ROLLOUT], blind: &[bool]) {
+fn without_start(signal: &mut [f64], of_speed: &[f64], blind: &[bool]) {
     let (mut n, mut sx, mut sxx, mut sy, mut sxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for k in 0..ROLLOUT {
+    for k in 0..signal.len() {
         if blind[k] {
             continue;
         }
@@ -84,20 +91,17 @@ fn without_start(signal: &mut [f64; ROLLOUT], of_speed: &[f64; ROLLOUT], blind: 
     }
     let slope = (n * sxy - sx * sy) / spread;
     let offset = (sy - slope * sx) / n;
-    for k in 0..ROLLOUT {
+    for k in 0..signal.len() {
         signal[k] = if blind[k] { 0.0 } else { signal[k] - offset - slope * of_speed[k] };
     }
 }
 
 /// Sums over one piece with the initial state taken out: reading², reading·drive, drive², samples.
-fn piece(run: &Run, from: usize, linear: &Linear) -> ([f64; ROLLOUT], [f64; ROLLOUT], usize) {
+fn piece(run: &Run, from: usize, linear: &Linear) -> (Vec<f64>, Vec<f64>, usize) {
     let (of_speed, mut of_drive) = responses(run, from, linear);
-    let blind = &run.blind[from..from + ROLLOUT];
-    let mut reading = [0.0; ROLLOUT];
+    let blind = &run.blind[from..from + of_speed.len()];
     let base = run.reading[from];
-    for (relative, read) in reading.iter_mut().zip(&run.reading[from..]) {
-        *relative = read - base;
-    }
+    let mut reading: Vec<f64> = run.reading[from..from + of_speed.len()].iter().map(|read| read - base).collect();
     without_start(&mut reading, &of_speed, blind);
     without_start(&mut of_drive, &of_speed, blind);
     (reading, of_drive, blind.iter().filter(|blind| !**blind).count())
@@ -105,7 +109,8 @@ fn piece(run: &Run, from: usize, linear: &Linear) -> ([f64; ROLLOUT], [f64; ROLL
 
 /// Starts of the pieces of a run.
 fn pieces(run: &Run) -> impl Iterator<Item = usize> + use<> {
-    (0..run.t_s.len() / ROLLOUT).map(|n| n * ROLLOUT)
+    let length = rollout(run);
+    (0..run.t_s.len() / length).map(move |n| n * length)
 }
 
 /// Residuals of all pieces with the best gain for two given rates, and that gain.
@@ -114,13 +119,15 @@ fn residuals(runs: &[Run], linear: &Linear) -> (Vec<f64>, f64) {
         runs.par_iter().flat_map_iter(|run| pieces(run).map(move |from| piece(run, from, linear))).collect();
     let (mut xy, mut xx) = (0.0, 0.0);
     for (reading, drive, _) in &all {
-        for k in 0..ROLLOUT {
+        for k in 0..reading.len() {
             xy += reading[k] * drive[k];
             xx += drive[k] * drive[k];
         }
     }
     let gain = if xx > 0.0 { xy / xx } else { 0.0 };
-    let left = all.iter().flat_map(|(reading, drive, _)| (0..ROLLOUT).map(move |k| reading[k] - gain * drive[k]));
+    let left = all
+        .iter()
+        .flat_map(|(reading, drive, _)| reading.iter().zip(drive).map(move |(read, driven)| read - gain * driven));
     (left.collect(), gain)
 }
 
@@ -174,7 +181,8 @@ pub fn size(runs: &[Run], fit_runs: usize, start: Linear) -> Size {
     for run in held {
         for from in pieces(run) {
             let (reading, drive, read) = piece(run, from, &linear);
-            misfit += (0..ROLLOUT).map(|k| (reading[k] - linear.gain * drive[k]).powi(2)).sum::<f64>();
+            misfit +=
+                reading.iter().zip(&drive).map(|(read, driven)| (read - linear.gain * driven).powi(2)).sum::<f64>();
             count += read;
         }
     }
@@ -190,11 +198,10 @@ pub fn floor(runs: &[Run], rate: f64) -> f64 {
     for run in runs {
         for from in pieces(run) {
             let (of_speed, _) = responses(run, from, &linear);
-            let blind = &run.blind[from..from + ROLLOUT];
-            let mut noise = [0.0; ROLLOUT];
-            for (noise, (read, clean)) in noise.iter_mut().zip(run.reading[from..].iter().zip(&run.clean[from..])) {
-                *noise = read - clean;
-            }
+            let piece = from..from + of_speed.len();
+            let blind = &run.blind[piece.clone()];
+            let both = run.reading[piece.clone()].iter().zip(&run.clean[piece]);
+            let mut noise: Vec<f64> = both.map(|(read, clean)| read - clean).collect();
             without_start(&mut noise, &of_speed, blind);
             sum += noise.iter().map(|x| x * x).sum::<f64>();
             count += blind.iter().filter(|blind| !**blind).count();

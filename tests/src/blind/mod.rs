@@ -1,7 +1,7 @@
 //! Tests that hide an effect and require finding it.
 //!
-//! A data set is six recordings of a rig whose physics differs from its robot file in one thing, plus nominal
-//! parameters that are wrong by 10–30 %. The diagnosing side sees the CSV files and the robot file, nothing else.
+//! A data set is six recordings of a rig whose physics differs from its robot file in one thing or two, plus nominal
+//! parameters that are wrong by 10–50 %. The diagnosing side sees the CSV files and the robot file, nothing else.
 //!
 //! The hidden truth shares no code with the model that is fitted: this module has its own laws ([`laws`]), its own
 //! integrator ([`world`]), its own noise and quantisation ([`sensing`]), and its own measure of how large the effect is
@@ -15,10 +15,14 @@ pub mod case;
 pub mod excite;
 pub mod files;
 pub mod hidden;
+pub mod journal;
 pub mod laws;
 pub mod measure;
 pub mod noise;
+pub mod report;
 pub mod rig;
+pub mod run;
 pub mod score;
 pub mod sensing;
+pub mod setting;
 pub mod world;

@@ -34,6 +34,19 @@ impl Noise {
     }
 }
 
+impl Noise {
+    /// The words of [`Self::from_words`].
+    #[must_use]
+    pub fn words(self) -> String {
+        match self {
+            Self::White => "white".to_owned(),
+            Self::Coloured(remembers) => format!("coloured:{:.0}", 1e3 * remembers),
+            Self::HeavyTailed => "heavy".to_owned(),
+            Self::GrowsWithSpeed(speed) => format!("speed:{speed:.0}"),
+        }
+    }
+}
+
 /// Draws the noise of one reading after the other, in standard deviations.
 #[derive(Clone, Copy, Debug)]
 pub struct Source {

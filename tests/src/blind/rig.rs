@@ -41,6 +41,9 @@ pub enum RigError {
     /// A number is missing.
     #[error("robot file has no number `{0}`: expected a number or a table with `value`")]
     Missing(String),
+    /// An effect that hardly shows on this rig.
+    #[error("{0} cannot be made as visible as wanted in this data set: take another seed, or --ratio nearer to 1")]
+    Invisible(String),
 }
 
 /// A robot file's text with everything that it takes from its `base` written out, so that it stands alone, and without
@@ -124,11 +127,11 @@ impl Rig {
         })
     }
 
-    /// A specimen whose R, L, K, J and b are each 10–30 % off the nominal, up or down.
+    /// A specimen whose R, L, K, J and b are each off the nominal by a share between two, up or down.
     #[must_use]
-    pub fn specimen(&self, rng: &mut Pcg64) -> Self {
+    pub fn specimen(&self, off: (f64, f64), rng: &mut Pcg64) -> Self {
         let mut off = |nominal: f64| {
-            let share = rng.random_range(0.10..0.30);
+            let share = rng.random_range(off.0..off.1);
             nominal * if rng.random_bool(0.5) { 1.0 + share } else { 1.0 - share }
         };
         let (resistance_ohm, torque_constant) = (off(self.resistance_ohm), off(self.torque_constant));

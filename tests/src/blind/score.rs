@@ -7,21 +7,24 @@ use std::time::Instant;
 use diagnose::{Cause, Diagnosis, Options, Verdict, diagnose};
 use recording::{Recording, load};
 use robot_file::robot::Robot;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Category};
 use super::files::Paths;
+use super::hidden::Effect;
 
 /// Most members that a stated class may have: one that lists half the library says nothing.
 pub const LARGEST_CLASS: usize = 3;
 
 /// How a verdict compares with the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mark {
     /// As it should be.
     Right,
     /// The truth is in the class of names that was given.
     InClass,
+    /// Of two effects, one, and no other name.
+    OneOfTwo,
     /// A wrong name, alone, in a class or for a part of the misfit: the worst thing to say.
     FalseName,
     /// Nothing wrong named, but not what should have been said.
@@ -31,14 +34,16 @@ pub enum Mark {
 }
 
 /// One data set's outcome.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outcome {
     /// Seed of the data set.
     pub seed: u64,
     /// Which bar it belongs to.
     pub category: Category,
     /// What was hidden.
-    pub truth: &'static str,
+    pub truth: Vec<String>,
+    /// What it was recorded with, in a few words.
+    pub setting: String,
     /// Misfit over the true floor by the generator's own measure.
     pub visibility: f64,
     /// True noise floor over the held-out rollouts, rad.
@@ -66,38 +71,54 @@ pub fn examine(paths: &Paths) -> Result<Diagnosis, String> {
 
 /// Compares a verdict with the truth.
 #[must_use]
-pub fn mark(category: Category, truth: &str, said: &Diagnosis) -> Mark {
+pub fn mark(category: Category, truth: &[&str], said: &Diagnosis) -> Mark {
     let explains = !matches!(said.verdict, Verdict::Nothing | Verdict::Unexplained);
     // "Unexplained" may come with a name for a part of the misfit: that is a name, too.
     let named = explains || !said.causes.is_empty();
-    let knows_truth = |cause: &Cause| cause.effect == truth || cause.also.iter().any(|also| also == truth);
+    let knows = |cause: &Cause| truth.iter().any(|truth| holds(cause, truth));
     match category {
         Category::Nothing if said.verdict == Verdict::Nothing && !named => Mark::Right,
         // A name for a part of the misfit beside which the truth stands is not false.
-        Category::Outside if said.verdict == Verdict::Unexplained && said.causes.iter().all(knows_truth) => Mark::Right,
-        Category::Nothing | Category::Outside => {
-            if named {
-                Mark::FalseName
-            } else {
+        Category::Outside if said.verdict == Verdict::Unexplained && said.causes.iter().all(knows) => Mark::Right,
+        Category::Nothing | Category::Outside if named => Mark::FalseName,
+        Category::Nothing | Category::Outside => Mark::Missed,
+        Category::Two => mark_two(truth, said),
+        // The truth for a part of the misfit is not the answer, but it is not wrong.
+        _ if !explains => {
+            if said.causes.iter().all(knows) {
                 Mark::Missed
-            }
-        }
-        Category::Hidden | Category::Beside if !explains => {
-            // The truth for a part of the misfit is not the answer, but it is not wrong.
-            if said.causes.iter().all(knows_truth) { Mark::Missed } else { Mark::FalseName }
-        }
-        Category::Hidden | Category::Beside => {
-            let [cause] = said.causes.as_slice() else { return Mark::FalseName };
-            if cause.effect == truth && cause.also.is_empty() {
-                Mark::Right
-            } else if cause.also.len() < LARGEST_CLASS
-                && (cause.effect == truth || cause.also.iter().any(|also| also == truth))
-            {
-                Mark::InClass
             } else {
                 Mark::FalseName
             }
         }
+        _ => {
+            let [cause] = said.causes.as_slice() else { return Mark::FalseName };
+            if !knows(cause) || cause.also.len() >= LARGEST_CLASS {
+                Mark::FalseName
+            } else if cause.also.is_empty() {
+                Mark::Right
+            } else {
+                Mark::InClass
+            }
+        }
+    }
+}
+
+fn holds(cause: &Cause, truth: &str) -> bool {
+    cause.effect == truth || cause.also.iter().any(|also| also == truth)
+}
+
+/// Each of the names is one of two effects, or the class of one; or some are not.
+fn mark_two(truth: &[&str], said: &Diagnosis) -> Mark {
+    let small = |cause: &Cause| cause.also.len() < LARGEST_CLASS;
+    if !said.causes.iter().all(|cause| small(cause) && truth.iter().any(|truth| holds(cause, truth))) {
+        return Mark::FalseName;
+    }
+    match truth.iter().filter(|truth| said.causes.iter().any(|cause| holds(cause, truth))).count() {
+        0 => Mark::Missed,
+        1 => Mark::OneOfTwo,
+        _ if said.causes.iter().all(|cause| cause.also.is_empty()) => Mark::Right,
+        _ => Mark::InClass,
     }
 }
 
@@ -110,11 +131,12 @@ pub fn run(case: &Case, directory: &Path) -> std::io::Result<Outcome> {
     let start = Instant::now();
     let said = examine(&paths);
     let seconds = start.elapsed().as_secs_f64();
-    let mark = said.as_ref().map_or(Mark::Failed, |said| mark(case.category, case.truth(), said));
+    let mark = said.as_ref().map_or(Mark::Failed, |said| mark(case.category, &case.truth(), said));
     Ok(Outcome {
         seed: case.seed,
         category: case.category,
-        truth: case.truth(),
+        truth: case.truth().into_iter().map(str::to_owned).collect(),
+        setting: case.setting.words(),
         visibility: case.size.ratio(),
         true_floor: case.size.floor,
         said,
@@ -180,39 +202,39 @@ impl Outcome {
             )
         });
         format!(
-            "seed {:>6} {:<20} visible {:>5.2} × floor → {:?}: {}{numbers}; {:.1} s",
+            "seed {:>6} {:<20} visible {:>5.2} × floor ({}) → {:?}: {}{numbers}; {:.1} s",
             self.seed,
-            self.truth,
+            self.hidden(),
             self.visibility,
+            self.setting,
             self.mark,
             self.verdict(),
             self.seconds
         )
     }
 
-    /// For `--json`.
+    /// What was hidden, in words.
     #[must_use]
-    pub fn json(&self) -> Value {
-        json!({
-            "seed": self.seed,
-            "category": self.category.word(),
-            "truth": self.truth,
-            "visibility": self.visibility,
-            "true_floor": self.true_floor,
-            "verdict": self.verdict(),
-            "mark": format!("{:?}", self.mark),
-            "seconds": self.seconds,
-            "diagnosis": self.said.as_ref().ok(),
-        })
+    pub fn hidden(&self) -> String {
+        if self.truth.is_empty() { "nothing".to_owned() } else { self.truth.join(" + ") }
+    }
+
+    /// Whether what is left of something outside the library is said to live where it does; `None` for others.
+    #[must_use]
+    pub fn right_place(&self) -> Option<bool> {
+        let effect =
+            self.truth.first().and_then(|name| Effect::from_name(name)).filter(|effect| !effect.in_library())?;
+        let left = self.said.as_ref().ok()?.left_over.as_ref();
+        Some(left.is_some_and(|left| effect.lives_in().contains(&left.coordinate.as_str())))
     }
 }
 
 /// Truth against verdict: counts.
 #[must_use]
-pub fn confusion(outcomes: &[Outcome]) -> BTreeMap<(Category, &'static str), BTreeMap<String, usize>> {
+pub fn confusion(outcomes: &[Outcome]) -> BTreeMap<(Category, String), BTreeMap<String, usize>> {
     let mut table: BTreeMap<_, BTreeMap<String, usize>> = BTreeMap::new();
     for outcome in outcomes {
-        *table.entry((outcome.category, outcome.truth)).or_default().entry(outcome.column()).or_default() += 1;
+        *table.entry((outcome.category, outcome.hidden())).or_default().entry(outcome.column()).or_default() += 1;
     }
     table
 }

@@ -27,10 +27,38 @@ pub struct Sensor {
     pub delay: f64,
     /// Standard deviation of that age, s.
     pub delay_jitter: f64,
-    /// Width of the play between shaft and wiper, rad.
-    pub hysteresis: f64,
+    /// By how much later a reading is for every second of the run, 1: its clock runs faster than the drive's.
+    pub drift: f64,
+    /// By what share of itself that drift grows in a second.
+    pub drift_grows_per_s: f64,
+    /// Widths of the plays between shaft and wiper, rad: the wiper is in the middle of all.
+    pub plays: Vec<f64>,
+    /// Readings that repeat the one before.
+    pub held: Option<Held>,
+    /// Counts that get lost.
+    pub skip: Option<Skip>,
     /// Standard deviation of a current reading, A; `None` where no current is measured.
     pub current_noise: Option<f64>,
+}
+
+/// Readings that repeat the one before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Share of the readings.
+    pub share: f64,
+    /// How many in a row on average, where one is.
+    pub burst: f64,
+}
+
+/// An encoder that loses counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skip {
+    /// So much at once, against the motion, rad.
+    pub rad: f64,
+    /// Beyond this speed, rad/s.
+    pub above: f64,
+    /// So often a second.
+    pub per_s: f64,
 }
 
 impl Sensor {
@@ -47,20 +75,25 @@ impl Sensor {
             harmonics: Vec::new(),
             delay: 0.0,
             delay_jitter: 0.0,
-            hysteresis: 0.0,
+            drift: 0.0,
+            drift_grows_per_s: 0.0,
+            plays: Vec::new(),
+            held: None,
+            skip: None,
             current_noise: if rng.random_bool(0.25) { Some(rng.random_range(2e-3..5e-3)) } else { None },
         }
     }
 
-    /// Sampling instants for a number of ticks at 1 kHz, s: increasing, rounded to what the file holds (0.1 µs).
+    /// Sampling instants for a number of ticks, s: increasing, rounded to what the file holds (0.1 µs).
     #[must_use]
-    pub fn instants(&self, ticks: usize, rng: &mut Pcg64) -> Vec<f64> {
+    pub fn instants(&self, ticks: usize, per_s: f64, rng: &mut Pcg64) -> Vec<f64> {
+        let period = 1.0 / per_s;
         (0..ticks)
             .map(|tick| {
                 let noise: f64 = StandardNormal.sample(rng);
-                let late = (self.timing * noise).clamp(-3e-4, 3e-4);
+                let late = (self.timing * noise).clamp(-0.3 * period, 0.3 * period);
                 let start = if tick == 0 { 0.0 } else { late };
-                ((tick as f64 * 1e-3 + start) * 1e7).round() / 1e7
+                ((tick as f64 * period + start) * 1e7).round() / 1e7
             })
             .collect()
     }
@@ -80,6 +113,18 @@ impl Sensor {
     pub fn read(&self, shown: f64, noise: f64) -> f64 {
         let step = TAU / f64::from(1u32 << self.bits);
         ((shown + self.noise * noise) / step).round() * step
+    }
+
+    /// How old a reading at a time of the run is, s, without its jitter.
+    #[must_use]
+    pub fn age(&self, time: f64) -> f64 {
+        self.delay + self.drift * time * (1.0 + self.drift_grows_per_s * time)
+    }
+
+    /// Whether a reading shows anything but the shaft of its own instant.
+    #[must_use]
+    pub fn looks_back(&self) -> bool {
+        self.delay > 0.0 || self.drift != 0.0 || !self.plays.is_empty()
     }
 
     /// Whether a reading lies in the blind arc.

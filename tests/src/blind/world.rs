@@ -4,7 +4,10 @@
 //! Mechanics sees the current of the middle of a step, the winding sees a speed that changes as it did in the last
 //! step: second order although the winding is stiff.
 
-use super::laws::{Battery, Bridge, Bristle, COPPER_PER_KELVIN, Gravity, Heating, Ripple, TwoInertias};
+use super::laws::{
+    Battery, Bias, Bridge, Bristle, COPPER_PER_KELVIN, CommandDrop, Deadband, Discharge, Drag, Gravity, Grease,
+    Heating, Loss, Ripple, TwoInertias,
+};
 use super::rig::Rig;
 
 /// Everything that moves the shaft.
@@ -12,45 +15,86 @@ use super::rig::Rig;
 pub struct World {
     /// The specimen's own numbers.
     pub rig: Rig,
-    /// Friction.
-    pub bristle: Option<Bristle>,
-    /// A second friction, for a hidden one beside a known one.
-    pub second_bristle: Option<Bristle>,
+    /// Frictions beside each other, [`BRISTLES`] at most.
+    pub bristles: Vec<Bristle>,
+    /// How long the frictions that remember the load do so, s.
+    pub load_memory_s: f64,
     /// Gravity.
     pub gravity: Option<Gravity>,
-    /// The bridge; `None` is ideal.
-    pub bridge: Option<Bridge>,
-    /// The cell; `None` is a stiff bench supply.
-    pub battery: Option<Battery>,
+    /// A constant torque.
+    pub bias: Option<Bias>,
     /// Ripple of the teeth.
     pub ripple: Option<Ripple>,
-    /// Drag with the square of the speed, N·m·s²/rad².
-    pub quadratic_drag: f64,
-    /// Warm winding.
-    pub heating: Option<Heating>,
+    /// Drags by powers of the speed.
+    pub drags: Vec<Drag>,
+    /// What the damping loses as it works.
+    pub grease: Option<Grease>,
     /// Play or a soft shaft.
     pub two: Option<TwoInertias>,
-    /// First-order lag of the sensor, s; 0 for none.
-    pub sensor_lag_s: f64,
+    /// The bridge by the phases of its period; `None` loses nothing.
+    pub bridge: Option<Bridge>,
+    /// What else is lost against the current.
+    pub losses: Vec<Loss>,
+    /// What is lost of the commanded voltage whichever way the current flows.
+    pub command_drop: Option<CommandDrop>,
+    /// Duties that do nothing.
+    pub deadband: Option<Deadband>,
+    /// The cell; `None` is a stiff bench supply.
+    pub battery: Option<Battery>,
+    /// How the supply falls with its charge.
+    pub discharge: Option<Discharge>,
+    /// Warm winding.
+    pub heating: Option<Heating>,
+    /// How late the bridge follows its command.
+    pub latency: Option<Latency>,
+    /// A lag of the sensor.
+    pub lag: Option<Lag>,
+    /// A belt between shaft and sensor: by this share of its way it creeps back at the stall torque.
+    pub belt_creep: f64,
 }
 
+/// How a sensor follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// In all, s.
+    pub time_s: f64,
+    /// By two poles of half of it each instead of one.
+    pub second_order: bool,
+}
+
+/// How late a command arrives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latency {
+    /// s.
+    pub time_s: f64,
+    /// Standard deviation, as a share of it.
+    pub jitter: f64,
+}
+
+/// Most frictions.
+pub const BRISTLES: usize = 4;
 /// Number of mechanical states.
-const N: usize = 10;
+const N: usize = 18;
 /// Places in the state vector.
 const ANGLE: usize = 0;
 const SPEED: usize = 1;
-const BRISTLE: usize = 2;
-const BRISTLE_2: usize = 3;
-const LOAD_ANGLE: usize = 4;
-const LOAD_SPEED: usize = 5;
-const PAIR: usize = 6; // two places
-const WARMTH: usize = 8;
-const LAGGED: usize = 9;
+const BRISTLE: usize = 2; // four places
+const LOAD_ANGLE: usize = 6;
+const LOAD_SPEED: usize = 7;
+const PAIR: usize = 8; // two places
+const WARMTH: usize = 10; // two places: winding and housing
+const LAGGED: usize = 12; // two places: what is read, and what is before it
+const CHARGE: usize = 14;
+const GREASE: usize = 15;
+const LOAD: usize = 16; // the torque that frictions remember
+const CREPT: usize = 17;
 
 /// The truth at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     mechanics: [f64; N],
+    /// Since the start, s.
+    time: f64,
     /// Acceleration of the rotor over the last step, rad/s².
     acceleration: f64,
     /// Winding current, A.
@@ -72,16 +116,24 @@ impl World {
     pub fn linear(rig: Rig) -> Self {
         Self {
             rig,
-            bristle: None,
-            second_bristle: None,
+            bristles: Vec::new(),
+            load_memory_s: 1.0,
             gravity: None,
-            bridge: None,
-            battery: None,
+            bias: None,
             ripple: None,
-            quadratic_drag: 0.0,
-            heating: None,
+            drags: Vec::new(),
+            grease: None,
             two: None,
-            sensor_lag_s: 0.0,
+            bridge: None,
+            losses: Vec::new(),
+            command_drop: None,
+            deadband: None,
+            battery: None,
+            discharge: None,
+            heating: None,
+            latency: None,
+            lag: None,
+            belt_creep: 0.0,
         }
     }
 
@@ -92,13 +144,16 @@ impl World {
         mechanics[ANGLE] = angle;
         mechanics[LOAD_ANGLE] = angle;
         mechanics[LAGGED] = angle;
-        State { mechanics, acceleration: 0.0, current: 0.0 }
+        mechanics[LAGGED + 1] = angle;
+        State { mechanics, time: 0.0, acceleration: 0.0, current: 0.0 }
     }
 
-    /// What the sensor's axis shows before its own errors, rad: the load's angle behind play, lagged where it lags.
+    /// What the sensor's axis shows before its own errors, rad: the load's angle behind play, lagged where it lags, less
+    /// what a belt has crept.
     #[must_use]
     pub fn shown_angle(&self, state: &State) -> f64 {
-        if self.sensor_lag_s > 0.0 { state.mechanics[LAGGED] } else { self.shaft_angle(state) }
+        let shown = if self.lag.is_some() { state.mechanics[LAGGED] } else { self.shaft_angle(state) };
+        shown - state.mechanics[CREPT]
     }
 
     /// Angle of the shaft that carries the sensor, rad.
@@ -111,6 +166,12 @@ impl World {
     #[must_use]
     pub fn shaft_speed(&self, state: &State) -> f64 {
         state.mechanics[if self.two.is_some() { LOAD_SPEED } else { SPEED }]
+    }
+
+    /// Whether a bristle bends.
+    #[must_use]
+    pub fn has_friction(&self) -> bool {
+        !self.bristles.is_empty()
     }
 
     /// Advances by `seconds` with the drive held, in steps no longer than `longest`; after a jump of the drive the
@@ -137,11 +198,15 @@ impl World {
         }
     }
 
+    /// Warmth's share in the winding's resistance.
+    fn warm(&self, y: &[f64; N]) -> f64 {
+        self.heating.map_or(1.0, |_| 1.0 + COPPER_PER_KELVIN * (y[WARMTH] + y[WARMTH + 1]))
+    }
+
     /// The winding over `h`; the speed is known `-from` after the beginning.
     fn wind(&self, state: &mut State, drive: Drive, h: f64, from: f64) {
         let rig = &self.rig;
-        let warm = self.heating.map_or(1.0, |_| 1.0 + COPPER_PER_KELVIN * state.mechanics[WARMTH]);
-        let resistance = rig.resistance_ohm * warm;
+        let resistance = rig.resistance_ohm * self.warm(&state.mechanics);
         let emf = rig.torque_constant * (state.mechanics[SPEED] + state.acceleration * from);
         let emf_rate = rig.torque_constant * state.acceleration;
         if !drive.enable {
@@ -152,91 +217,122 @@ impl World {
             state.current = left.max(0.0).copysign(state.current);
             return;
         }
+        let duty = self.deadband.map_or(drive.duty, |deadband| deadband.through(drive.duty));
         let (relaxed, series) = self.battery.map_or((0.0, 0.0), |battery| {
-            (state.mechanics[PAIR] + state.mechanics[PAIR + 1], battery.series_ohm * drive.duty * drive.duty)
+            (state.mechanics[PAIR] + state.mechanics[PAIR + 1], battery.series_ohm * duty * duty)
         });
-        let net = drive.duty * (rig.rail_v - relaxed) - emf;
+        let fallen = self.discharge.map_or(0.0, |discharge| discharge.fallen(state.mechanics[CHARGE]));
+        let asked = duty * (rig.rail_v - relaxed - fallen);
+        let net = self.command_drop.map_or(asked, |drop| drop.through(asked, duty)) - emf;
         let resistance = resistance + series;
-        match &self.bridge {
-            None => {
-                // Exact for a net voltage that changes linearly: the current follows it a time constant behind.
-                let behind = emf_rate * rig.inductance_h / resistance;
-                let (start, end) = ((net + behind) / resistance, (net - emf_rate * h + behind) / resistance);
-                state.current = end + (state.current - start) * (-h * resistance / rig.inductance_h).exp();
-            }
-            Some(bridge) => {
-                // SDIRK2 with γ = 1 − 1/√2 (Alexander 1977): L-stable, second order.
-                let gamma = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-                let slope = |i: f64, t: f64| {
-                    (net - emf_rate * t - resistance * i - bridge.drop(i, drive.duty)) / rig.inductance_h
-                };
-                let first = implicit(state.current, gamma * h, &|i| slope(i, gamma * h));
-                let base = state.current + (1.0 - gamma) * (first - state.current) / gamma;
-                state.current = implicit(base, gamma * h, &|i| slope(i, h));
-            }
+        if self.bridge.is_none() && self.losses.is_empty() {
+            // Exact for a net voltage that changes linearly: the current follows it a time constant behind.
+            let behind = emf_rate * rig.inductance_h / resistance;
+            let (start, end) = ((net + behind) / resistance, (net - emf_rate * h + behind) / resistance);
+            state.current = end + (state.current - start) * (-h * resistance / rig.inductance_h).exp();
+            return;
         }
+        // SDIRK2 with γ = 1 − 1/√2 (Alexander 1977): L-stable, second order.
+        let gamma = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+        let drop = |i: f64| {
+            let of_phases = self.bridge.map_or(0.0, |bridge| bridge.drop(i, duty));
+            of_phases + self.losses.iter().map(|loss| loss.drop(i, duty)).sum::<f64>()
+        };
+        let slope = |i: f64, t: f64| (net - emf_rate * t - resistance * i - drop(i)) / rig.inductance_h;
+        let first = implicit(state.current, gamma * h, &|i| slope(i, gamma * h));
+        let base = state.current + (1.0 - gamma) * (first - state.current) / gamma;
+        state.current = implicit(base, gamma * h, &|i| slope(i, h));
     }
 
     /// Mechanics, battery and warmth over `h` with the current held: classical Runge–Kutta.
     fn turn(&self, state: &mut State, drive: Drive, h: f64) {
-        let current = state.current;
+        let (current, time) = (state.current, state.time);
         let y = state.mechanics;
-        let k1 = self.rates(&y, current, drive);
-        let k2 = self.rates(&moved(&y, &k1, 0.5 * h), current, drive);
-        let k3 = self.rates(&moved(&y, &k2, 0.5 * h), current, drive);
-        let k4 = self.rates(&moved(&y, &k3, h), current, drive);
+        let k1 = self.rates(&y, current, drive, time);
+        let k2 = self.rates(&moved(&y, &k1, 0.5 * h), current, drive, time + 0.5 * h);
+        let k3 = self.rates(&moved(&y, &k2, 0.5 * h), current, drive, time + 0.5 * h);
+        let k4 = self.rates(&moved(&y, &k3, h), current, drive, time + h);
         for (n, value) in state.mechanics.iter_mut().enumerate() {
             *value += h / 6.0 * (k1[n] + 2.0 * k2[n] + 2.0 * k3[n] + k4[n]);
         }
+        state.time += h;
         state.acceleration = (state.mechanics[SPEED] - y[SPEED]) / h;
     }
 
-    /// Time derivatives of the mechanics.
-    fn rates(&self, y: &[f64; N], current: f64, drive: Drive) -> [f64; N] {
+    /// Time derivatives of the mechanics and of what is as slow.
+    fn rates(&self, y: &[f64; N], current: f64, drive: Drive, time: f64) -> [f64; N] {
+        let mut rate = [0.0; N];
+        self.move_shaft(y, current, time, &mut rate);
+        self.wear_out(y, current, drive, &mut rate);
+        self.follow(y, current, &mut rate);
+        rate
+    }
+
+    /// Angles, speeds and bristles.
+    fn move_shaft(&self, y: &[f64; N], current: f64, time: f64, rate: &mut [f64; N]) {
         let rig = &self.rig;
         let (angle, speed) = (y[ANGLE], y[SPEED]);
-        let mut rate = [0.0; N];
         let motor = rig.torque_constant * current;
-        let mut torque = motor - rig.viscous * speed - self.quadratic_drag * speed * speed.abs();
-        if let Some(gravity) = &self.gravity {
-            torque += gravity.torque(angle);
+        let viscous = rig.viscous * self.grease.map_or(1.0, |grease| grease.left(y[GREASE]));
+        let mut against = viscous * speed + self.drags.iter().map(|drag| drag.torque(speed)).sum::<f64>();
+        for (bristle, place) in self.bristles.iter().zip(BRISTLE..) {
+            let load = if bristle.remembers_load { y[LOAD] } else { motor };
+            let (friction, bend) = bristle.torque(y[place], speed, load, angle, rig.inertia_kg_m2);
+            against += friction;
+            rate[place] = bend;
         }
-        if let Some(ripple) = &self.ripple {
-            torque += ripple.torque_nm * (ripple.per_turn * angle + ripple.phase).sin();
-        }
-        for (place, bristle) in [(BRISTLE, &self.bristle), (BRISTLE_2, &self.second_bristle)] {
-            if let Some(bristle) = bristle {
-                let (friction, bend) = bristle.torque(y[place], speed, motor, angle, rig.inertia_kg_m2);
-                torque -= friction;
-                rate[place] = bend;
-            }
-        }
+        let pulls = self.gravity.map_or(0.0, |gravity| gravity.torque(angle, speed))
+            + self.bias.map_or(0.0, |bias| bias.torque(angle, time))
+            + self.ripple.map_or(0.0, |ripple| ripple.torque(angle));
+        let torque = motor + pulls - against;
         rate[ANGLE] = speed;
         match &self.two {
             None => rate[SPEED] = torque / rig.inertia_kg_m2,
             Some(two) => {
-                let load_drag = two.load_drag_share * rig.viscous;
+                let load_drag = two.load_drag_share * viscous;
                 let through = two.torque(angle - y[LOAD_ANGLE], speed - y[LOAD_SPEED]);
                 rate[SPEED] = (torque + load_drag * speed - through) / (rig.inertia_kg_m2 * (1.0 - two.load_share));
                 rate[LOAD_ANGLE] = y[LOAD_SPEED];
                 rate[LOAD_SPEED] = (through - load_drag * y[LOAD_SPEED]) / (rig.inertia_kg_m2 * two.load_share);
             }
         }
+        if let Some(grease) = &self.grease {
+            rate[GREASE] = (grease.thinning_per_w * against * speed - y[GREASE]) / grease.time_s;
+        }
+        rate[LOAD] = (motor.abs() - y[LOAD]) / self.load_memory_s;
+    }
+
+    /// Charge, cells and warmth.
+    fn wear_out(&self, y: &[f64; N], current: f64, drive: Drive, rate: &mut [f64; N]) {
+        let drawn = if drive.enable { drive.duty * current } else { 0.0 };
+        rate[CHARGE] = drawn;
         if let Some(battery) = &self.battery {
-            let drawn = if drive.enable { drive.duty * current } else { 0.0 };
             for pair in 0..2 {
                 rate[PAIR + pair] = (battery.pair_ohm[pair] * drawn - y[PAIR + pair]) / battery.pair_s[pair];
             }
         }
         if let Some(heating) = &self.heating {
-            let watt = current * current * rig.resistance_ohm * (1.0 + COPPER_PER_KELVIN * y[WARMTH]);
+            let watt = current * current * self.rig.resistance_ohm * self.warm(y);
             rate[WARMTH] = (heating.kelvin_per_watt * watt - y[WARMTH]) / heating.time_s;
+            rate[WARMTH + 1] = (heating.housing_kelvin_per_watt * watt - y[WARMTH + 1]) / heating.housing_s;
         }
-        if self.sensor_lag_s > 0.0 {
-            let shaft = if self.two.is_some() { y[LOAD_ANGLE] } else { angle };
-            rate[LAGGED] = (shaft - y[LAGGED]) / self.sensor_lag_s;
+    }
+
+    /// What lies between the shaft and the sensor.
+    fn follow(&self, y: &[f64; N], current: f64, rate: &mut [f64; N]) {
+        let (shaft, speed) = if self.two.is_some() { (y[LOAD_ANGLE], y[LOAD_SPEED]) } else { (y[ANGLE], y[SPEED]) };
+        match self.lag {
+            None => {}
+            Some(Lag { time_s, second_order: false }) => rate[LAGGED] = (shaft - y[LAGGED]) / time_s,
+            Some(Lag { time_s, second_order: true }) => {
+                rate[LAGGED + 1] = (shaft - y[LAGGED + 1]) / (0.5 * time_s);
+                rate[LAGGED] = (y[LAGGED + 1] - y[LAGGED]) / (0.5 * time_s);
+            }
         }
-        rate
+        if self.belt_creep != 0.0 {
+            let share = self.rig.torque_constant * current / self.rig.stall_torque();
+            rate[CREPT] = self.belt_creep * share * speed.abs();
+        }
     }
 }
 

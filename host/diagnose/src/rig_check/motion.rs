@@ -72,7 +72,7 @@ impl Motion {
             Some(turn) => {
                 let unit = turn / TAU;
                 let scaled: Vec<Option<f64>> = read.iter().map(|cell| cell.map(|angle| angle / unit)).collect();
-                track::unwrapped(&scaled).into_iter().map(|angle| unit * angle).collect()
+                track::unwrapped(&scaled, 0.0).into_iter().map(|angle| unit * angle).collect()
             }
             None => read.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect(),
         };
