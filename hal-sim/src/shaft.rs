@@ -231,22 +231,31 @@ impl Coupled {
     /// The spring's part is its energy's change over the twist's change (discrete gradient: Gonzalez, J. Nonlinear Sci. 6,
     /// 1996), so that no step makes energy however long it is. Teeth push and do not pull: damping takes at most what the
     /// spring gives.
+    ///
+    /// Beside it, its slope against where the twist goes to, N·m/rad.
     #[inline]
-    fn torque(&self, from: f64, to: f64, time: f64) -> f64 {
+    fn torque(&self, from: f64, to: f64, time: f64) -> (f64, f64) {
+        let stiffness = self.law.stiffness;
+        let damping = self.damping / time;
+        if self.law.half_gap <= 0.0 {
+            return (0.5 * stiffness * (from + to) + damping * (to - from), 0.5 * stiffness + damping);
+        }
         let (before, after) = (self.depth(from), self.depth(to));
         let turned = to - from;
-        let spring = if turned.abs() > 1e-12 {
-            0.5 * self.law.stiffness * (after * after - before * before) / turned
+        // Between two teeth that touch, the quotient of the differences is known without taking it.
+        let (spring, slope) = if before * after > 0.0 || turned.abs() <= 1e-12 {
+            (0.5 * stiffness * (before + after), if after == 0.0 { 0.0 } else { 0.5 * stiffness })
         } else {
-            0.5 * self.law.stiffness * (before + after)
+            let spring = 0.5 * stiffness * (after * after - before * before) / turned;
+            (spring, (stiffness * after - spring) / turned)
         };
-        let damper = self.damping * turned / time;
-        if self.law.half_gap <= 0.0 {
-            return spring + damper;
+        let depth = 0.5 * (before.abs() + after.abs()) / self.damped_depth;
+        let damper = damping * depth.min(1.0) * turned;
+        if spring * damper < 0.0 && damper.abs() > spring.abs() {
+            return (0.0, 0.0);
         }
-        let depth = 0.5 * (before.abs() + after.abs());
-        let damper = damper * (depth / self.damped_depth).min(1.0);
-        if spring * damper < 0.0 { spring + damper.abs().min(spring.abs()).copysign(damper) } else { spring + damper }
+        let deeper = if depth < 1.0 && after != 0.0 { 0.5 * turned * after.signum() / self.damped_depth } else { 0.0 };
+        (spring + damper, slope + damping * (depth.min(1.0) + deeper))
     }
 }
 
@@ -480,7 +489,7 @@ impl Stepper {
     /// Over a part each of the two takes the midpoint rule under the spring's mean torque ([`Coupled::torque`]), which
     /// depends on where both end. The difference of their speeds has one solution, for the spring never falls with the
     /// twist: Newton inside a bracket.
-    #[cold]
+    #[inline(never)]
     fn advance_coupled(
         &self,
         coupled: &Coupled,
@@ -510,7 +519,7 @@ impl Stepper {
         let own = self.shaft.laws.torque(state.angle + 0.5 * step * state.speed);
         let outside = own + torque;
         let (motor_angle, motor_speed) = (state.angle + state.twist, state.speed + state.twist_rate);
-        let guessed = coupled.torque(state.twist, state.twist + step * state.twist_rate, step);
+        let guessed = coupled.torque(state.twist, state.twist + step * state.twist_rate, step).0;
         let begun = self.begin(motor_angle, motor_speed, state.current, terminals, -guessed);
         let per_torque = 0.5 * step / coupled.inertia;
         let speeds = |passed: f64| {
@@ -521,9 +530,10 @@ impl Stepper {
         // the excess.
         let mut rate = state.twist_rate;
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-        let (mut passed, mut found) = (guessed, speeds(guessed));
+        let (mut passed, mut found) = (guessed, (0.0, 0.0, 0.0));
         for _ in 0..MAX_CORRECTIONS {
-            passed = coupled.torque(state.twist, state.twist + step * rate, step);
+            let slope;
+            (passed, slope) = coupled.torque(state.twist, state.twist + step * rate, step);
             found = speeds(passed);
             let excess = rate - (found.0 - found.2);
             if excess > 0.0 {
@@ -534,10 +544,9 @@ impl Stepper {
             if excess.is_nan() || excess.abs() <= PRECISE * (1.0 + rate.abs()) {
                 break;
             }
-            let moved = PRECISE.sqrt() * (1.0 + rate.abs());
-            let slope = (coupled.torque(state.twist, state.twist + step * (rate + moved), step) - passed) / moved;
-            let newton = rate - excess / (1.0 + slope.max(0.0) * (begun.scale + per_torque));
-            rate = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let newton = rate - excess / (1.0 + slope.max(0.0) * step * (begun.scale + per_torque));
+            // Within the play the root is the bracket's end itself.
+            rate = if (low..=high).contains(&newton) { newton } else { 0.5 * (low + high) };
         }
         let (motor, friction, load) = found;
         let gained = (motor - motor_speed) / begun.implicit;

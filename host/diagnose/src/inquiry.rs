@@ -1,6 +1,7 @@
 //! The course of a diagnosis: a screen, and where it raises an alarm fits of single effects, of pairs, and of second effects.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use effects::Id;
 use robot_file::robot::Robot;
@@ -25,6 +26,16 @@ pub struct Inquiry<'a> {
     pub robot: &'a Robot,
     /// How to diagnose.
     pub options: &'a Options,
+    /// Screens so far of the runs as they are read now, curves included where they were added.
+    screens: Mutex<Vec<Known>>,
+}
+
+/// A model's screen.
+struct Known {
+    effects: Vec<Id>,
+    coordinates: Vec<f64>,
+    screen: Screen,
+    has_curves: bool,
 }
 
 /// What was found.
@@ -70,7 +81,13 @@ impl Found {
     }
 }
 
-impl Inquiry<'_> {
+impl<'a> Inquiry<'a> {
+    /// Nothing is known yet.
+    #[must_use]
+    pub fn new(robot: &'a Robot, options: &'a Options) -> Self {
+        Self { robot, options, screens: Mutex::default() }
+    }
+
     /// From the refitted nominal model to a decision.
     pub fn run(&self, mut session: Session, mut baseline: Candidate) -> Result<Found, DiagnoseError> {
         let effects = search::candidates(&session, self.robot, &self.options.also_try)?;
@@ -143,13 +160,38 @@ impl Inquiry<'_> {
         }
     }
 
+    /// A screen about a model: one that was made, or a new one.
     fn screen(&self, session: &Session, model: &Candidate, effects: &[Id]) -> Screen {
-        Screen::of_effects(&session.model, &session.data(), &model.fit, effects, self.options.seed)
+        self.known(model, false).unwrap_or_else(|| {
+            let screen = Screen::of_effects(&session.model, &session.data(), &model.fit, effects, self.options.seed);
+            self.keep(model, &screen, false);
+            screen
+        })
     }
 
     /// Screens curves about a model too.
     fn add_curves(&self, screen: &mut Screen, session: &Session, model: &Candidate) {
-        screen.add_curves(&session.model, &session.data(), &model.fit, self.options.seed);
+        match self.known(model, true) {
+            Some(known) => *screen = known,
+            None => {
+                screen.add_curves(&session.model, &session.data(), &model.fit, self.options.seed);
+                self.keep(model, screen, true);
+            }
+        }
+    }
+
+    fn known(&self, model: &Candidate, has_curves: bool) -> Option<Screen> {
+        let screens = self.screens.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = |one: &&Known| {
+            one.has_curves == has_curves && one.effects == model.effects && one.coordinates == model.fit.coordinates
+        };
+        screens.iter().find(same).map(|one| one.screen.clone())
+    }
+
+    fn keep(&self, model: &Candidate, screen: &Screen, has_curves: bool) {
+        let coordinates = model.fit.coordinates.clone();
+        let kept = Known { effects: model.effects.clone(), coordinates, screen: screen.clone(), has_curves };
+        self.screens.lock().unwrap_or_else(PoisonError::into_inner).push(kept);
     }
 
     /// Tries every effect on its own, where a screen of the nominal model raises an alarm; returns that screen.
@@ -188,6 +230,7 @@ impl Inquiry<'_> {
             let fit = session.settle(&baseline.fit);
             session.lower_fit_noise(&best.fit);
             *baseline = judged(session, fit);
+            self.screens.lock().unwrap_or_else(PoisonError::into_inner).clear();
             screen = self.screen(session, baseline, effects);
         }
         Ok((screen, candidates))

@@ -206,7 +206,7 @@ pub fn diagnose(
     in_pool(options, || {
         options.tell("refitting the model's numbers", 0.0);
         let (session, baseline) = open(robot, fit, held_out, options)?;
-        let found = Inquiry { robot, options }.run(session, baseline)?;
+        let found = Inquiry::new(robot, options).run(session, baseline)?;
         options.tell("writing down", 0.97);
         let diagnosis = write_down(robot, &found);
         options.tell("done", 1.0);
@@ -287,7 +287,7 @@ fn with_reason(error: DiagnoseError, robot: &Robot, fit: &[Recording], held_out:
             DiagnoseError::WrongRig { robot, ratio, detail: detail + &reason, mend }
         }
         DiagnoseError::Recording { run, problem, help } => {
-            let help = found().map_or(help, |(reason, mend)| format!("{reason}\n{mend}"));
+            let help = found().map_or(help.clone(), |(reason, mend)| format!("{help}\n{reason}\n{mend}"));
             DiagnoseError::Recording { run, problem, help }
         }
         other => other,

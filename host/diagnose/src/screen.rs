@@ -43,7 +43,7 @@ const UNSEEN: f64 = 1e-6;
 /// A direction that is screened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// An effect, with the shape that it has at one of its starting points.
+    /// An effect, with the shape that it has at the first of its starting points of that shape.
     Effect(Id, usize),
     /// A curve over a coordinate.
     Curve(Follows),
@@ -154,15 +154,13 @@ impl Screen {
         }
         by_promise.sort_by(|a, b| b.2.total_cmp(&a.2));
         for (effect, start, promised) in by_promise {
+            // Of a shape, all sizes.
+            let starts = || shapes(model, effect).into_iter().find(|shape| shape[0] == start).unwrap_or_default();
             match proposals.iter_mut().find(|known| known.effect == effect) {
-                Some(known) if known.starts.len() < MOST_STARTS => known.starts.push(start),
+                Some(known) if known.starts.len() < MOST_STARTS => known.starts.extend(starts()),
                 Some(_) => {}
-                None => proposals.push(Proposal { effect, starts: vec![start], promised }),
+                None => proposals.push(Proposal { effect, starts: starts(), promised }),
             }
-        }
-        // Of one shape, all sizes.
-        for one in proposals.iter_mut().filter(|one| shapes(model, one.effect) == 1) {
-            one.starts = (0..model.starts(&[one.effect])).collect();
         }
         proposals
     }
@@ -205,9 +203,9 @@ impl Groups {
 fn effect_groups(model: &FileModel, fit: &Fit, effects: &[Id]) -> Vec<Group> {
     let mut groups = Groups { next: fit.free.len(), groups: Vec::new() };
     for &effect in effects {
-        for start in 0..shapes(model, effect) {
-            let (moved, sizes) = effect_columns(model, fit, effect, start);
-            groups.add(Direction::Effect(effect, start), moved, sizes);
+        for shape in shapes(model, effect) {
+            let (moved, sizes) = effect_columns(model, fit, effect, shape[0]);
+            groups.add(Direction::Effect(effect, shape[0]), moved, sizes);
         }
     }
     groups.groups
@@ -223,14 +221,20 @@ fn curve_groups(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Group> {
     groups.groups
 }
 
-/// How many shapes an effect's starting points give: where they differ in size only, one.
-fn shapes(model: &FileModel, effect: Id) -> usize {
-    let starts = |start: usize| -> Vec<f64> {
+/// The starting points of an effect by shape: those that differ in size only are of one.
+fn shapes(model: &FileModel, effect: Id) -> Vec<Vec<usize>> {
+    let shape = |start: usize| -> Vec<f64> {
         let free = model.with(&[effect], start);
         free.iter().filter(|one| !one.is_size()).map(|one| one.start).collect()
     };
-    let all = model.starts(&[effect]);
-    if (1..all).any(|start| starts(start) != starts(0)) { all } else { 1 }
+    let mut shapes: Vec<Vec<usize>> = Vec::new();
+    for start in 0..model.starts(&[effect]) {
+        match shapes.iter_mut().find(|known| shape(known[0]) == shape(start)) {
+            Some(known) => known.push(start),
+            None => shapes.push(vec![start]),
+        }
+    }
+    shapes
 }
 
 /// The plants with each number that says how large an effect is at one of its units, the others at rest.

@@ -59,7 +59,7 @@ pub use error::{Left, Place, RecordingError, RowNumber, does_not_fit, is_disk_fu
 pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_with};
 pub use metadata::Metadata;
 pub use progress::Progress;
-pub use rig::{check_rig, mean_supply_v, supply_problem};
+pub use rig::{mean_supply_v, require_same_rig, supply_problem};
 pub use run_log::{LoggedCommand, RunLog};
 pub use stream::{RobotChannel, SessionRecorder};
 pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};

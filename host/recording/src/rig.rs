@@ -12,7 +12,7 @@ const SUPPLY_FACTOR: f64 = 1.3;
 ///
 /// # Errors
 /// [`RecordingError::OtherRig`].
-pub fn check_rig(loaded: &Loaded, robot: &Robot) -> Result<(), RecordingError> {
+pub fn require_same_rig(loaded: &Loaded, robot: &Robot) -> Result<(), RecordingError> {
     let recording = &loaded.recording;
     let other = |problem: String, help: &str| {
         Err(RecordingError::OtherRig { path: recording.path.clone(), problem, help: help.to_owned() })

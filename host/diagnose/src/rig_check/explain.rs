@@ -20,7 +20,7 @@ pub enum Cause {
     ReversedSign,
     /// The angle is in this unit (a word of `scram import`), and called radians.
     AngleUnit(String),
-    /// The angle was taken to be in another unit than radians, which it is in: it reads so many times too large.
+    /// The angle was imported from another unit than it is in: it reads so many times too large.
     AngleTwice(f64),
     /// The sensor turns with the motor, before the gears.
     MotorSide,

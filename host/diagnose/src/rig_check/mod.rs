@@ -49,6 +49,8 @@ pub struct RigCheck {
     pub findings: Vec<Finding>,
     /// What the recordings do not show, in words.
     pub unchecked: Vec<String>,
+    /// Recordings that no motion can be read from, each with the reason.
+    pub unreadable: Vec<String>,
 }
 
 /// Something that does not go together.
@@ -101,11 +103,12 @@ pub struct Mend {
 pub fn check_rig(robot: &Robot, recordings: &[Recording]) -> RigCheck {
     let mut found = RigCheck::default();
     found.findings.extend(supply(robot, recordings));
-    let moved: Vec<(&Recording, Motion)> =
-        recordings.iter().filter_map(|one| Some((one, Motion::new(robot, one)?))).collect();
-    if moved.len() < recordings.len() {
-        let unusable = recordings.len() - moved.len();
-        found.unchecked.push(format!("{unusable} of {} recordings: no motion can be read from them", recordings.len()));
+    let mut moved: Vec<(&Recording, Motion)> = Vec::new();
+    for one in recordings {
+        match Motion::new(robot, one) {
+            Ok(motion) => moved.push((one, motion)),
+            Err(reason) => found.unreadable.push(format!("{}: {reason}", one.path.display())),
+        }
     }
     for (is_voltage, beyond) in [(false, false), (true, false), (false, true)] {
         let runs: Vec<&(&Recording, Motion)> = moved

@@ -52,17 +52,23 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// `None` of a recording that no motion can be read from: columns of unequal length, time that does not increase, a drive
-    /// that is not finite, or next to no angles.
-    pub fn new(robot: &Robot, recording: &Recording) -> Option<Self> {
+    /// Or why no motion can be read from a recording: few samples, columns of unequal length, time that does not increase, a
+    /// drive that is not finite.
+    pub fn new(robot: &Robot, recording: &Recording) -> Result<Self, String> {
         let (Drive::Duty(drive) | Drive::Voltage(drive)) = &recording.drive;
         let n = recording.len();
-        let read = track::readings(robot, &recording.angle).ok()?;
-        let increasing =
-            recording.t_s.windows(2).all(|pair| pair[1] > pair[0]) && recording.t_s.iter().all(|t| t.is_finite());
-        let complete = [drive.len(), read.len(), recording.enable.len()].iter().all(|&length| length == n);
-        if n < 2 || !increasing || !complete || drive.iter().any(|value| !value.is_finite()) {
-            return None;
+        let read = track::readings(robot, &recording.angle)?;
+        if n < 2 {
+            return Err(format!("{n} of the two samples that a motion needs"));
+        }
+        if recording.t_s.iter().any(|t| !t.is_finite()) || recording.t_s.windows(2).any(|pair| pair[1] <= pair[0]) {
+            return Err("time does not increase from sample to sample".to_owned());
+        }
+        if [drive.len(), read.len(), recording.enable.len()].iter().any(|&length| length != n) {
+            return Err("its columns have different lengths".to_owned());
+        }
+        if drive.iter().any(|value| !value.is_finite()) {
+            return Err("its drive is not finite everywhere".to_owned());
         }
         let turn = match &recording.angle {
             AngleReading::Angle(_) => turn(robot, &read),
@@ -76,8 +82,9 @@ impl Motion {
             }
             None => read.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect(),
         };
-        let usual_step = median(&mut recording.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())?;
-        Some(Self {
+        let mut steps: Vec<f64> = recording.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let usual_step = median(&mut steps).unwrap_or(0.0);
+        Ok(Self {
             t: recording.t_s.clone(),
             noise: noise(&angle),
             angle,

@@ -9,7 +9,8 @@ use super::{Finding, Mend};
 
 /// Another supply than the file's was measured.
 pub fn supply(problem: String, robot: &Robot, mean_v: f64) -> Finding {
-    let millivolts = mean_v > 60.0;
+    let rail = &robot.supply.rail_v;
+    let millivolts = (0.5 * rail.low..2.0 * rail.high).contains(&(mean_v / 1000.0));
     let value = if millivolts { mean_v / 1000.0 } else { mean_v };
     Finding {
         problem: "the measured supply is not the file's".to_owned(),

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
 use plot::report::{About, html};
 use recording::import::Mapping;
-use recording::{Loaded, ReadOptions, Recording, check_rig};
+use recording::{Loaded, ReadOptions, Recording, require_same_rig};
 use robot_file::Robot;
 use robot_file::edit::Document;
 use scram::progress::bar;
@@ -249,7 +249,7 @@ impl Diagnose {
         match mapping.or(ends_with("json").then_some(&own)) {
             Some(mapping) if !ends_with("mcap") => {
                 let loaded = import::read(path, mapping, options)?.loaded;
-                check_rig(&loaded, robot)?;
+                require_same_rig(&loaded, robot)?;
                 Ok(loaded)
             }
             _ => self.common.recording(path, robot, options),

@@ -30,7 +30,7 @@ use std::sync::OnceLock;
 use clap::{Args, Parser, Subcommand};
 use common::atomic::write_atomically;
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
-use recording::{Loaded, ReadOptions, RecordingError, check_rig, does_not_fit, is_disk_full, load_with};
+use recording::{Loaded, ReadOptions, RecordingError, does_not_fit, is_disk_full, load_with, require_same_rig};
 use robot_file::Robot;
 use robot_file::edit::Document;
 
@@ -155,7 +155,7 @@ impl Common {
         for note in &loaded.notes {
             say(&format!("{}: {note}", path.display()));
         }
-        check_rig(&loaded, robot)?;
+        require_same_rig(&loaded, robot)?;
         Ok(loaded)
     }
 

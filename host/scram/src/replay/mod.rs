@@ -17,7 +17,9 @@ use robot_file::Robot;
 use serde::Serialize;
 
 use crate::progress;
-use recording::{Entry, FullRow, Loaded, Metadata, Progress, ReadOptions, RecordingError, SessionEvent, check_rig};
+use recording::{
+    Entry, FullRow, Loaded, Metadata, Progress, ReadOptions, RecordingError, SessionEvent, require_same_rig,
+};
 
 pub use compare::{First, Quantity, Shown, Worst};
 pub use picture::{COMPARISON, OVERVIEW};
@@ -124,7 +126,7 @@ struct Pass {
 impl Pass {
     fn new(loaded: &Loaded, robot: &Robot, answers: VecDeque<Answered>) -> Self {
         let mut obstacles = Vec::new();
-        if let Err(other) = check_rig(loaded, robot) {
+        if let Err(other) = require_same_rig(loaded, robot) {
             obstacles.push(other.to_string());
         }
         let mut tick_s = description_tick(robot);

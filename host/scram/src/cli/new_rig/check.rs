@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use diagnose::{Finding, Mend, RigCheck, RigMistake, check_rig};
-use miette::{Diagnostic, Report};
+use miette::{Diagnostic, Report, miette};
 use recording::import::Mapping;
-use recording::{Loaded, ReadOptions, RecordingError, load_with, supply_problem};
+use recording::{Loaded, ReadOptions, RecordingError, load_with, require_same_rig, supply_problem};
 use robot_file::Robot;
 use scram::progress::bar;
 use serde::Serialize;
@@ -45,6 +45,10 @@ pub fn check(
     }
     let mut check = check_rig(&robot, &recordings);
     check.findings.splice(0..0, refused);
+    if check.findings.is_empty() && check.unreadable.len() == runs.len() {
+        let help = "record runs of some seconds in which the drive turns the shaft";
+        return Err(miette!(help = help, "nothing was checked: {}", check.unreadable.join("; ")).into());
+    }
     // With the file's line, where a mend is one.
     for mend in check.findings.iter_mut().flat_map(|finding| &mut finding.mends) {
         let line = mend.field.as_ref().and_then(|field| Robot::line_of(robot_file, field));
@@ -72,7 +76,7 @@ fn read(
     };
     loaded.notes.iter().for_each(|note| say(&format!("{}: {note}", path.display())));
     // Another supply is told once for all runs, with what to change.
-    match recording::check_rig(&loaded, robot) {
+    match require_same_rig(&loaded, robot) {
         Err(other) if supply_problem(&loaded.recording, robot).is_none() => Err(other),
         _ => Ok(loaded),
     }
@@ -114,7 +118,7 @@ impl Found {
                 print(&format!("  {}{line}", if is_mend { "change   " } else { "" }));
             }
         }
-        for unchecked in &self.check.unchecked {
+        for unchecked in self.check.unreadable.iter().chain(&self.check.unchecked) {
             print(&format!("not checked: {unchecked}"));
         }
         if self.is_right() {

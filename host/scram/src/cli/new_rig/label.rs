@@ -184,16 +184,24 @@ impl Label {
             (Some(no_load_a), Some(ohm)) => [no_load_a * ohm.value / volts; 3],
             _ => NO_LOAD_SHARE,
         };
+        if let (Some(no_load_a), true) = (self.no_load_a, shares[0] >= 1.0) {
+            let blocked_a = no_load_a / shares[0];
+            let help = "a small motor draws a tenth of it without load: correct --no-load-a, or --stall-a and --resistance-ohm";
+            return Err(Failure::Usage(miette!(
+                help = help,
+                "--no-load-a: {no_load_a} A without load is more than the {blocked_a:.3} A of the blocked motor"
+            )));
+        }
         let torque_constant = match (self.speed, self.stall_nm, &resistance) {
             (Some(speed), _, _) => {
-                let [value, least, most] = shares.map(|share| (volts * (1.0 - share) / speed).max(0.0));
+                let [value, most, least] = shares.map(|share| (volts * (1.0 - share) / speed).max(0.0));
                 let source = format!(
                     "label: {speed:.3} rad/s without load at {volts} V, less {:.0} % for the current without load ({}); ±15 % \
                      (estimated)",
                     100.0 * shares[0],
                     if self.no_load_a.is_some() { "label" } else { "estimated" }
                 );
-                quantity(value, most * (1.0 - LABEL), least * (1.0 + LABEL), source)
+                quantity(value, least * (1.0 - LABEL), most * (1.0 + LABEL), source)
             }
             (None, Some(torque), Some(ohm)) => {
                 let value = torque * ohm.value / volts;

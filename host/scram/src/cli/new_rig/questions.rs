@@ -84,10 +84,18 @@ pub fn number(text: &str, unit: &str) -> Result<Option<f64>, String> {
     if is_unknown(text) {
         return Ok(None);
     }
-    let bare = text.strip_suffix(unit).unwrap_or(text).trim().replace(',', ".");
-    match bare.parse::<f64>() {
+    let bare = text.strip_suffix(unit).unwrap_or(text).trim();
+    // 1,200 is a thousand and two hundred to some and a little over one to others.
+    if bare
+        .split_once(',')
+        .is_some_and(|(_, behind)| behind.len() == 3 && behind.bytes().all(|one| one.is_ascii_digit()))
+    {
+        return Err(format!("`{text}` may mean two numbers: write it with a point or without thousands' separators"));
+    }
+    match bare.replace(',', ".").parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(Some(value)),
         Ok(value) => Err(format!("{value} is not a positive number")),
+        Err(_) if unit.is_empty() => Err(format!("`{text}` is no number")),
         Err(_) => Err(format!("`{text}` is no number in {unit}")),
     }
 }
