@@ -15,6 +15,17 @@ const DROP: &str = "[effects.driver_drop]\n\
     drop_v = { value = 0.8, low = 0.8, high = 0.8, source = \"test\" }\n\
     slope_ohm = { value = 0, low = 0, high = 0, source = \"test\" }\n";
 
+/// What takes the same of every drive as long as the supply is the same.
+const SAME_AT_ONE_SUPPLY: [[&str; 2]; 2] =
+    [["driver_drop", "driver_dead_time"], ["driver_deadband", "driver_drop_by_command"]];
+
+/// The effect that a robot file of the diagnosis lists.
+fn effect_of(path: &Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    let (_, table) = text.split_once("[effects.").unwrap();
+    table.split(']').next().unwrap().to_owned()
+}
+
 /// Writes the robot file of a bench as people believe it to be, `model.toml`, and as it is, `truth.toml`.
 fn write_robots(directory: &Path) {
     let text = std::fs::read_to_string(root().join("robots/bench-linear.toml")).unwrap();
@@ -49,9 +60,16 @@ fn the_proposed_recording_tells_what_the_first_ones_do_not() {
     assert_eq!(pairs.len(), models.len() * (models.len() - 1));
     for pair in pairs {
         let [expected, simulated] = ["expected", "simulated"].map(|key| pair[key].as_f64().unwrap());
+        let [truth, model] = ["truth", "model"].map(|key| effect_of(&at.join(pair[key].as_str().unwrap())));
+        if SAME_AT_ONE_SUPPLY.iter().any(|same| same.contains(&truth.as_str()) && same.contains(&model.as_str())) {
+            assert!(expected < 1.01 && simulated < 1.05, "{pair}");
+            continue;
+        }
+        // One is a model's own noiseless prediction, the other the firmware's run on the simulated robot, noise and all. Where
+        // a shaft sticks, its stops make a part of what a wrong model leaves look like noise.
+        let least = if truth == "coulomb_friction" { 0.25 } else { 0.5 };
         assert!(expected > 1.2, "{pair}");
-        // One is a model's own noiseless prediction, the other the firmware's run on the simulated robot, noise and all.
-        assert!((0.5..2.0).contains(&((simulated - 1.0) / (expected - 1.0))), "{pair}");
+        assert!((least..2.0).contains(&((simulated - 1.0) / (expected - 1.0))), "{pair}");
     }
 
     for seed in [10, 11] {
@@ -61,9 +79,10 @@ fn the_proposed_recording_tells_what_the_first_ones_do_not() {
     let held_out = "--holdout r5/run.mcap --holdout x11/run.mcap";
     let told = succeeds(at, &format!("diagnose {runs} x10/run.mcap {held_out} --robot model.toml --out second --json"));
     let diagnosis = json(&told);
-    assert_eq!(diagnosis["verdict"], "explained", "{told}");
-    assert_eq!(diagnosis["causes"][0]["effect"], "driver_drop", "{told}");
-    assert!(!at.join("second/robot-2.toml").exists(), "one model is left");
+    // At one supply its dead time takes as much of the bridge's voltage as its drop.
+    assert_eq!(diagnosis["verdict"], "ambiguous", "{told}");
+    assert_eq!(diagnosis["models"], serde_json::json!([["driver_drop"], ["driver_dead_time"]]), "{told}");
+    assert!(!at.join("second/robot-3.toml").exists(), "two models are left");
 }
 
 #[test]

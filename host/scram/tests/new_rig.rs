@@ -133,6 +133,8 @@ fn what_is_missing_is_named_with_its_option() {
     }
     fails(at, "new-rig --supply-v twelve", 2, &["--supply-v", "`twelve` is no number in V"]);
     fails(at, "new-rig --supply-v unknown", 2, &["measure it"]);
+    fails(at, "new-rig --supply-v 1,200", 2, &["--supply-v", "`1,200` may mean two numbers"]);
+    fails(at, &format!("{LABEL} --no-load-a 3"), 2, &["--no-load-a", "2.5"]);
     fails(at, &LABEL.replace("encoder:1024", "resolver"), 2, &["encoder:COUNTS, potentiometer:BITS:DEG"]);
     fails(at, &LABEL.replace("encoder:1024", "encoder:2"), 1, &["sensor.counts_per_turn.value", "4 … 65536"]);
     let nothing =
@@ -192,5 +194,7 @@ fn what_a_reader_refuses_is_a_finding_and_a_missing_file_is_none() {
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("divide by 100"), "{said}");
     refuses(at, "new-rig --check rig.toml nothing.csv", 1, &["nothing.csv"]);
+    std::fs::write(at.join("row.csv"), "t_s,duty,angle_rad\n0,0.5,0\n").unwrap();
+    refuses(at, "new-rig --check rig.toml row.csv", 1, &["nothing was checked", "row.csv"]);
     refuses(at, "new-rig --check rig.toml", 2, &["no recording is named"]);
 }

@@ -30,19 +30,19 @@ struct Arguments {
     show_missing: bool,
     /// First seed; those below 1000 were used for tuning
     #[arg(long, default_value_t = 1)]
-    seed_base: u64,
+    seed: u64,
     /// Of these sets, only those with this seed, to look at one again; repeatable
     #[arg(long, value_name = "SEED")]
     only: Vec<u64>,
     /// Draw seeds that nobody has seen, and print them
-    #[arg(long, conflicts_with = "seed_base")]
+    #[arg(long, conflicts_with = "seed")]
     release_seeds: bool,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let seed = match arguments.release_seeds.then(seeds::fresh).transpose() {
-        Ok(fresh) => fresh.unwrap_or(arguments.seed_base),
+        Ok(fresh) => fresh.unwrap_or(arguments.seed),
         Err(error) => {
             eprintln!("error: the operating system has no entropy: {error}");
             return ExitCode::from(1);
