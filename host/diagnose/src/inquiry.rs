@@ -214,7 +214,10 @@ impl<'a> Inquiry<'a> {
             let proposals = screen.proposals(&session.model);
             let enough = |tried: &[Candidate]| {
                 let reached = tried.iter().any(|one| reaches(session.noise, baseline, one));
-                reached || best(tried).is_some_and(|best| self.leaves_noise(session, best, effects))
+                // Of a small misfit nothing is named that the screen does not find promising.
+                !leaves_much(session.noise, baseline)
+                    || reached
+                    || best(tried).is_some_and(|best| self.leaves_noise(session, best, effects))
             };
             candidates = search::singles(session, baseline, &proposals, &candidates, &enough, &|| {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;

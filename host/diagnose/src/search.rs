@@ -136,7 +136,7 @@ pub fn singles(
     }
     let best = candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     if baseline.fit.strayed() || best.is_some_and(|best| best.fit.strayed()) {
-        if !candidates.iter().any(|one| reaches(session.noise, baseline, one)) {
+        if !enough(&candidates) {
             from_file(session, &mut candidates);
             level(session, &mut candidates);
         }
