@@ -14,7 +14,7 @@ use system_tests::seeds;
 #[command(after_help = "Examples:
   cargo own-recordings                    every set, as the long campaign has them
   cargo own-recordings --release-seeds    the same on seeds from the operating system's entropy, printed first
-  cargo own-recordings --nothing 30 --missing 4 --show-missing    what every change must pass
+  cargo own-recordings --nothing 12 --missing 2 --show-missing    what every change must pass
 
 Exit codes: 0 every bar is reached, 1 one is missed or it could not be done, 2 wrong usage.")]
 struct Arguments {
