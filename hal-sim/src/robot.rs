@@ -407,7 +407,7 @@ impl SimulatedRobot {
         self.supply.end_period(&self.stepper.shaft().laws, self.tick_s);
         if let Some(Warmth { cold, heat }) = &mut self.warmth {
             heat.warm(&cold.laws, &mut self.supply.states, self.tick_s);
-            self.stepper = cold.warmed(&self.supply.states).stepper(self.stepper.step());
+            self.stepper.warm(cold, &self.supply.states);
         }
         self.faults.advance(self.tick_s);
         self.tick += 1;

@@ -288,16 +288,6 @@ impl Shaft {
         stepper
     }
 
-    /// The shaft as warm as its effects remember.
-    #[must_use]
-    pub fn warmed(&self, states: &States) -> Self {
-        Self {
-            resistance_ohm: self.resistance_ohm * self.laws.resistance_factor(states),
-            viscous: self.viscous * self.laws.viscous_factor(states),
-            ..*self
-        }
-    }
-
     /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad, behind a bridge with this
     /// much of a drop (V) beside its own.
     #[must_use]
@@ -337,6 +327,16 @@ impl Stepper {
     #[must_use]
     pub fn step(&self) -> f64 {
         self.whole_step
+    }
+
+    /// Goes on as warm as the effects of a cold shaft remember.
+    pub fn warm(&mut self, cold: &Shaft, states: &States) {
+        let Shaft { resistance_ohm, viscous, .. } = cold;
+        self.shaft.resistance_ohm = resistance_ohm * cold.laws.resistance_factor(states);
+        self.shaft.viscous = viscous * cold.laws.viscous_factor(states);
+        self.tau = self.shaft.inductance_h / (self.shaft.resistance_ohm + self.bridge.slope_ohm);
+        self.conductance = 1.0 / (self.shaft.resistance_ohm + self.bridge.slope_ohm);
+        self.driven = Winding::new(self.tau, self.part);
     }
 
     /// Goes on with steps of another length (s).

@@ -134,13 +134,20 @@ fn a_supply_falls_with_the_charge_that_the_bridge_takes() {
     assert!(apart(fallen, 0.5 * drawn) < 1e-3 && fallen > 0.01, "{fallen} V after {drawn} A·s");
 }
 
+/// A shaft as warm as its effects remember.
+fn warmed(cold: &Shaft, states: &States) -> Shaft {
+    let mut stepper = cold.stepper(STEP);
+    stepper.warm(cold, states);
+    *stepper.shaft()
+}
+
 #[test]
 fn a_winding_warms_as_one_body_and_its_resistance_with_it() {
     let law = WindingHeating { rise_k_per_w: 80.0, time_s: 2.0 };
     let shaft = with(Laws { winding_heating: Some(law), ..Laws::NONE });
     let mut states = States::default();
     // Adiabatic at first: R_th·P/τ kelvin a second; and R_th·P in the end.
-    let resistance = |states: &States| shaft.warmed(states).resistance_ohm / LINEAR.resistance_ohm - 1.0;
+    let resistance = |states: &States| warmed(&shaft, states).resistance_ohm / LINEAR.resistance_ohm - 1.0;
     shaft.laws.warm(&mut states, 0.5, 9.0, 1e-3);
     assert!(apart(resistance(&states), 0.00393 * 80.0 * 0.5 / 2.0 * 1e-3) < 1e-3);
     for _ in 0..1999 {
@@ -174,7 +181,7 @@ fn grease_thins_with_what_friction_takes() {
     let mut states = States::default();
     shaft.laws.warm(&mut states, 9.0, 2e-3, 3.0);
     let expected = (-400.0 * 2e-3 * (1.0 - (-2f64).exp())).exp();
-    assert!(apart(shaft.warmed(&states).viscous / LINEAR.viscous, expected) < 1e-12);
+    assert!(apart(warmed(&shaft, &states).viscous / LINEAR.viscous, expected) < 1e-12);
     // The power is what damping and friction take at that speed.
     let stepper = shaft.stepper(STEP);
     let mut state = ShaftState::default();

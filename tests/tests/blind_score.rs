@@ -22,6 +22,8 @@ fn said(verdict: Verdict, causes: &[&[&str]]) -> Diagnosis {
         after: 1e-3,
         gain: Gain::default(),
         left_over: None,
+        missing_terms: Vec::new(),
+        scale_free: std::collections::BTreeMap::new(),
         next_experiment: None,
         detail: Detail::default(),
     }

@@ -60,6 +60,7 @@ impl ConverterError {
                 high: most,
                 prior: PRIOR,
                 step: 0.1,
+                follows_scale: 0.0,
             })
             .collect()
     }

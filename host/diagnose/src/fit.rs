@@ -4,6 +4,8 @@
 //! eliminated from the normal equations (arrow structure) and follow from back substitution. Sensitivities are finite
 //! differences of whole runs.
 
+use std::ops::Range;
+
 use effects::{Id, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -13,7 +15,7 @@ use super::model::Plant;
 use super::nominal::FileModel;
 use super::numbers::{Free, Number};
 use super::rollout::{self, Normal2, Rolled, Starts, residual};
-use super::track::Track;
+use super::track::{Segment, Track};
 
 /// What is fitted to.
 pub struct Data<'a> {
@@ -78,6 +80,33 @@ impl Fit {
         }
     }
 
+    /// The same fit with those numbers of another that it has not, for others to begin from.
+    #[must_use]
+    pub fn knowing(&self, other: &Fit) -> Self {
+        let mut both = self.clone();
+        for (one, coordinate) in other.free.iter().zip(&other.coordinates) {
+            if self.free.iter().all(|own| own.number != one.number) {
+                both.free.push(*one);
+                both.coordinates.push(*coordinate);
+            }
+        }
+        both
+    }
+
+    /// The same fit without an effect and the numbers that are its alone, for others to begin from.
+    #[must_use]
+    pub fn without(&self, model: &FileModel, effect: Id) -> Self {
+        let mut rest = self.clone();
+        rest.effects.retain(|one| *one != effect);
+        let others: Vec<usize> = rest.effects.iter().flat_map(|&other| model.numbers_of(other, self)).collect();
+        let own = model.numbers_of(effect, self);
+        let stays = |place: usize| !own.contains(&place) || others.contains(&place);
+        let kept: Vec<usize> = (0..self.free.len()).filter(|&place| stays(place)).collect();
+        rest.free = kept.iter().map(|&place| self.free[place]).collect();
+        rest.coordinates = kept.iter().map(|&place| self.coordinates[place]).collect();
+        rest
+    }
+
     /// Takes over what another fit found and holds it there.
     pub fn hold(&mut self, other: &Fit) {
         self.take_over(other);
@@ -110,12 +139,14 @@ impl Fit {
         self.free.iter().zip(&self.coordinates).filter(at_bound).count()
     }
 
-    /// Whether one of the numbers that say how large an effect is has a 95 % interval that does not touch zero. An effect without
-    /// such a number, a spring that is stiff where it is absent, has a shape that does not touch its last value.
+    /// Whether one of the numbers that say how large an effect is has a 95 % interval that does not touch zero, were the scale of
+    /// torques known: what is known of it but in ratio is there all the same. An effect without such a number, a spring that is
+    /// stiff where it is absent, has a shape that does not touch its last value.
     #[must_use]
     pub fn has_size(&self, model: &FileModel, effect: Id) -> bool {
         let places = model.numbers_of(effect, self);
-        let apart = |place: usize, from: f64| (self.coordinates[place] - from).abs() > WIDE * self.deviation(place);
+        let apart =
+            |place: usize, from: f64| (self.coordinates[place] - from).abs() > WIDE * self.deviation_at_scale(place);
         let (sizes, shapes): (Vec<usize>, Vec<usize>) =
             places.into_iter().partition(|&place| self.free[place].is_size());
         if sizes.is_empty() {
@@ -149,6 +180,17 @@ impl Fit {
     pub fn deviation(&self, index: usize) -> f64 {
         self.covariance[(index, index)].max(0.0).sqrt()
     }
+
+    /// The same if the resistance were known. Angle and drive alone show torques, inertias and currents but for one factor, see
+    /// [`super::scale_free`], which follows from it.
+    #[must_use]
+    pub fn deviation_at_scale(&self, index: usize) -> f64 {
+        let scale = self.free.iter().position(|one| one.number == Number::Resistance);
+        let shared = scale
+            .filter(|&scale| self.covariance[(scale, scale)] > 0.0)
+            .map_or(0.0, |scale| self.covariance[(index, scale)].powi(2) / self.covariance[(scale, scale)]);
+        (self.covariance[(index, index)] - shared).max(0.0).sqrt()
+    }
 }
 
 /// Normal equations after the starts are eliminated, and what back substitution needs.
@@ -175,76 +217,141 @@ pub struct Until {
     pub tolerance: f64,
     /// Where the cost is still above this after [`FIRST_ROUNDS`].
     pub far: f64,
+    /// Where the cost would stay above this if it fell by [`HOPED`] times what the linear model promises after the first round.
+    pub beaten: f64,
 }
 
 impl Until {
     /// After rounds, or where the cost falls by less than a share of it.
     #[must_use]
     pub fn settled(rounds: usize, tolerance: f64) -> Self {
-        Self { rounds, tolerance, far: f64::INFINITY }
+        Self { rounds, tolerance, far: f64::INFINITY, beaten: f64::INFINITY }
+    }
+
+    /// The same, or where what another fit has reached is out of reach: a cost.
+    #[must_use]
+    pub fn beaten(self, beaten: f64) -> Self {
+        Self { beaten, ..self }
     }
 }
 
 /// Rounds after which a fit that is far off is given up.
 const FIRST_ROUNDS: usize = 3;
+/// A fit may find this many times what the linear model promises.
+const HOPED: f64 = 4.0;
+/// A finite difference where an effect makes the motor and its load meet and part, in usual ones.
+const ACROSS_TOUCHES: f64 = 10.0;
+/// Steps that a round tries, each shorter than the one before.
+const ATTEMPTS: usize = 6;
+/// Sensitivities are kept for a further step where the last one brought this share of what the linear model promised.
+const HOLDS_GOOD: f64 = 0.5;
 
 /// Fits from a start.
+///
+/// Sensitivities cost as many rollouts as there are numbers, a step costs one: they are kept while the linear model holds good
+/// (Shamanskii's method: C. T. Kelley, "Iterative methods for linear and nonlinear equations", 1995, section 5.4.2), and made
+/// anew before the fit ends. Only rounds that make them count.
 pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
-    let mut best = start;
-    let mut rolled = roll_all(model, data, &best);
-    best.cost = cost(data, &best, &rolled);
-    // Over a hole, a rollout may have lost a turn: then other starts may do what the linear model does not promise.
-    let has_holes = data.tracks.iter().any(|track| track.segments.iter().any(|segment| !segment.whole));
-    let mut damping = 1e-3;
-    let mut reduced = None;
-    for round in 0..until.rounds {
-        if round >= FIRST_ROUNDS && best.cost > until.far {
+    let mut descent = Descent::begin(model, data, start);
+    let mut kept: Option<Vec<Columns>> = None;
+    let mut equations = None;
+    let mut rounds = 0;
+    loop {
+        let is_new = kept.is_none();
+        if is_new && (rounds == until.rounds || (rounds >= FIRST_ROUNDS && descent.best.cost > until.far)) {
             break;
         }
-        let equations = linearise(model, data, &best, &rolled);
-        let mut fall = 0.0;
-        for attempt in 0..6 {
-            let mut trial = step(&best, &equations, damping);
-            // Further attempts may find more than the linear model knows of: only before the first one does it tell.
-            let nothing_left = attempt == 0 && promise(&best, &equations) <= until.tolerance * best.cost;
-            if nothing_left && !has_holes {
-                break;
-            }
-            let mut trial_rolled = roll_all(model, data, &trial);
-            let mut trial_cost = cost(data, &trial, &trial_rolled);
-            if trial_cost >= best.cost && attempt % 2 == 0 {
-                // The starts that went with the old numbers, or a linear step from them, may not suit the new ones.
-                let plant = trial.plant(model);
-                let guess = [best.starts.clone()];
-                let refined = rollout::refine_all(&plant, data.tracks, &mut trial.starts, &guess, 1);
-                trial_rolled = if data.sigma_current.is_some() {
-                    roll_all(model, data, &trial)
-                } else {
-                    refined.into_iter().map(|(rolled, _)| rolled).collect()
-                };
-                trial_cost = cost(data, &trial, &trial_rolled);
-            }
-            if trial_cost < best.cost {
-                fall = best.cost - trial_cost;
-                best = Fit { cost: trial_cost, ..trial };
-                rolled = trial_rolled;
-                damping = (damping * 0.1).max(1e-7);
-                break;
-            }
-            if nothing_left {
-                break;
-            }
-            damping *= 10.0;
+        rounds += usize::from(is_new);
+        let columns = kept.take().unwrap_or_else(|| descent.sensitivities());
+        let linear = equations.insert(linearise(data, &descent.best, &descent.rolled, &columns));
+        let promised = promise(&descent.best, linear);
+        let nothing_left = promised <= until.tolerance * descent.best.cost;
+        if !is_new && nothing_left {
+            continue;
         }
-        reduced = Some(equations);
-        if fall <= until.tolerance * best.cost {
+        if is_new && rounds > 1 && descent.best.cost - HOPED * promised > until.beaten {
+            break;
+        }
+        let fall = descent.step(linear, is_new, nothing_left);
+        if fall >= HOLDS_GOOD * promised {
+            kept = Some(columns);
+        }
+        if is_new && fall <= until.tolerance * descent.best.cost {
             break;
         }
     }
-    if let Some(equations) = reduced {
+    let mut best = descent.best;
+    if let Some(equations) = equations {
         best.covariance = sandwich(&equations);
     }
     best
+}
+
+/// A fit on its way down.
+struct Descent<'a> {
+    model: &'a FileModel,
+    data: &'a Data<'a>,
+    best: Fit,
+    /// Its rollouts.
+    rolled: Vec<Rolled>,
+    damping: f64,
+    /// Over a hole, a rollout may have lost a turn: then other starts may do what the linear model does not promise.
+    has_holes: bool,
+}
+
+impl<'a> Descent<'a> {
+    fn begin(model: &'a FileModel, data: &'a Data, mut best: Fit) -> Self {
+        let rolled = roll_all(model, data, &best);
+        best.cost = cost(data, &best, &rolled);
+        let has_holes = data.tracks.iter().any(|track| track.segments.iter().any(|segment| !segment.whole));
+        Self { model, data, best, rolled, damping: 1e-3, has_holes }
+    }
+
+    fn sensitivities(&self) -> Vec<Columns> {
+        let best = &self.best;
+        sensitivities(self.data, &best.plant(self.model), &best.starts, &self.rolled, &moved(self.model, best))
+    }
+
+    /// Tries steps of a linear model, each more damped than the one before, until one lowers the cost; by how much it did. Of an
+    /// old model only one step is tried. Where it promises nothing, a step may still find more than it knows of, but only where
+    /// there are holes.
+    fn step(&mut self, equations: &Reduced, is_new: bool, nothing_left: bool) -> f64 {
+        if nothing_left && !self.has_holes {
+            return 0.0;
+        }
+        let attempts = if nothing_left || !is_new { 1 } else { ATTEMPTS };
+        for attempt in 0..attempts {
+            let (trial, rolled) = self.trial(equations, is_new && attempt % 2 == 0);
+            if trial.cost < self.best.cost {
+                let fall = self.best.cost - trial.cost;
+                (self.best, self.rolled) = (trial, rolled);
+                self.damping = (self.damping * 0.1).max(1e-7);
+                return fall;
+            }
+            self.damping *= if is_new { 10.0 } else { 1.0 };
+        }
+        0.0
+    }
+
+    /// A step and its rollouts. The starts that went with the old numbers, or a linear step from them, may not suit the new ones:
+    /// where they do not, they are refined if that is asked for.
+    fn trial(&self, equations: &Reduced, refine: bool) -> (Fit, Vec<Rolled>) {
+        let (model, data) = (self.model, self.data);
+        let mut trial = step(&self.best, equations, self.damping);
+        let mut rolled = roll_all(model, data, &trial);
+        trial.cost = cost(data, &trial, &rolled);
+        if trial.cost >= self.best.cost && refine {
+            let guess = [self.best.starts.clone()];
+            let refined = rollout::refine_all(&trial.plant(model), data.tracks, &mut trial.starts, &guess, 1);
+            rolled = if data.sigma_current.is_some() {
+                roll_all(model, data, &trial)
+            } else {
+                refined.into_iter().map(|(rolled, _)| rolled).collect()
+            };
+            trial.cost = cost(data, &trial, &rolled);
+        }
+        (trial, rolled)
+    }
 }
 
 /// The rollouts of a fit's model from its starts.
@@ -259,6 +366,12 @@ pub fn roll_all(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Rolled> {
 
 fn with_current(data: &Data, track: &Track) -> bool {
     data.sigma_current.is_some() && !track.current.is_empty()
+}
+
+/// The cost of a fit as it stands.
+#[must_use]
+pub fn cost_of(model: &FileModel, data: &Data, fit: &Fit) -> f64 {
+    cost(data, fit, &roll_all(model, data, fit))
 }
 
 fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
@@ -284,7 +397,7 @@ pub fn squares(data: &Data, rolled: &[Rolled]) -> f64 {
 pub type Moved = Option<(Plant, f64)>;
 
 /// How the readings and currents of a track change with each of its starts' two unknowns and with each number.
-type Columns = Vec<(Vec<f64>, Vec<f64>)>;
+pub type Columns = Vec<(Vec<f64>, Vec<f64>)>;
 
 /// The [`Columns`] of every track: the starts' two, then the numbers'.
 pub fn sensitivities(data: &Data, base: &Plant, starts: &Starts, rolled: &[Rolled], moved: &[Moved]) -> Vec<Columns> {
@@ -333,14 +446,17 @@ fn number_column(
     (out.readings, out.currents)
 }
 
-/// The plants with each of a fit's numbers moved by its finite difference.
+/// The plants with each of a fit's numbers moved by its finite difference; a larger one where teeth meet and part, which a small one
+/// sees every touch of.
 pub fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
+    let is_coupled = fit.plant(model).is_coupled();
+    let factor = if is_coupled { ACROSS_TOUCHES } else { 1.0 };
     (0..fit.free.len())
         .map(|i| {
             if fit.free[i].held() {
                 return None;
             }
-            let delta = fit.free[i].difference(fit.coordinates[i]);
+            let delta = fit.free[i].difference(fit.coordinates[i], factor);
             let mut coordinates = fit.coordinates.clone();
             coordinates[i] += delta;
             Some((model.plant(&fit.effects, &fit.free, &coordinates), delta))
@@ -348,11 +464,10 @@ pub fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
         .collect()
 }
 
-fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Reduced {
+fn linearise(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> Reduced {
     let size = fit.free.len();
     let squares = squares(data, rolled);
     let weight = prior_weight(data, squares, fit);
-    let columns = sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved(model, fit));
     let mut reduced = Reduced {
         matrix: DMatrix::zeros(size, size),
         prior: fit.free.iter().map(|one| weight * one.prior.powi(-2)).collect(),
@@ -361,7 +476,7 @@ fn linearise(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled]) -> Re
         meat: DMatrix::zeros(size, size),
         blocks: Vec::with_capacity(columns.len()),
     };
-    for track in reduce_all(data, rolled, &columns) {
+    for track in reduce_all(data, rolled, columns) {
         reduced.matrix += track.matrix;
         for right in &track.gradients {
             reduced.gradient += right;
@@ -406,64 +521,66 @@ fn reduce(data: &Data, track: &Track, rolled: &Rolled, columns: &Columns) -> Tra
     let mut matrix = DMatrix::zeros(size, size);
     let mut gradients = Vec::with_capacity(track.segments.len());
     let mut blocks = Vec::with_capacity(track.segments.len());
-    let weight = 1.0 / data.sigma;
-    let mut place = 0;
-    let mut row = vec![0.0; size];
+    let mut first = 0;
     for segment in &track.segments {
-        let mut own = Normal2::default();
-        let mut coupling = vec![[0.0; 2]; size];
-        let mut local = vec![0.0; size * size];
-        let mut right = DVector::zeros(size);
-        for k in segment.first..segment.last {
-            if track.weight[k] > 0.0 {
-                let r = residual(track, segment, k, rolled.readings[place]) * weight;
-                let (a, b) = (columns[0].0[place] * weight, columns[1].0[place] * weight);
-                own.add(a, b, r);
-                for i in 0..size {
-                    row[i] = columns[i + 2].0[place] * weight;
-                    coupling[i][0] += a * row[i];
-                    coupling[i][1] += b * row[i];
-                }
-                add_row(&mut local, &mut right, &row, r);
-            }
-            if let (Some(sigma), true) = (data.sigma_current, with_current(data, track) && k > segment.first)
-                && let Some(simulated) = current_at(track, k, &rolled.currents, place)
-            {
-                // The start's speed moves the current too, but so little beside the angle that it is left out.
-                for i in 0..size {
-                    row[i] = 0.5 * (columns[i + 2].1[place - 1] + columns[i + 2].1[place]) / sigma;
-                }
-                add_row(&mut local, &mut right, &row, (track.current[k] - simulated) / sigma);
-            }
-            place += 1;
-        }
+        let places = first..first + segment.last - segment.first;
+        let products = products(&rows(data, track, segment, rolled, columns, places.clone()));
+        first = places.end;
+        // The starts' two come first, what is left last.
+        let (of_starts, left) = (|i: usize| [products[(i, 0)], products[(i, 1)]], size + 2);
+        let own =
+            Normal2 { aa: products[(0, 0)], ab: products[(1, 0)], bb: products[(1, 1)], gradient: of_starts(left) };
+        let coupling: Vec<[f64; 2]> = (2..left).map(of_starts).collect();
         let back = own.solve(own.gradient);
+        gradients.push(DVector::from_fn(size, |i, _| {
+            products[(left, i + 2)] - coupling[i][0] * back[0] - coupling[i][1] * back[1]
+        }));
         for i in 0..size {
-            right[i] -= coupling[i][0] * back[0] + coupling[i][1] * back[1];
             let solved = own.solve(coupling[i]);
             for j in 0..=i {
-                let value = local[i * size + j] - coupling[j][0] * solved[0] - coupling[j][1] * solved[1];
+                let value = products[(i + 2, j + 2)] - coupling[j][0] * solved[0] - coupling[j][1] * solved[1];
                 matrix[(i, j)] += value;
-                if i != j {
-                    matrix[(j, i)] += value;
-                }
             }
         }
-        gradients.push(right);
         blocks.push((own, coupling));
     }
+    matrix.fill_upper_triangle_with_lower_triangle();
     TrackEquations { matrix, gradients, blocks }
 }
 
-#[inline]
-fn add_row(local: &mut [f64], right: &mut DVector<f64>, row: &[f64], r: f64) {
-    let size = row.len();
-    for i in 0..size {
-        right[i] += row[i] * r;
-        for j in 0..=i {
-            local[i * size + j] += row[i] * row[j];
+/// The rows of a segment's equations in units of the noise, one after the other: how a reading or a current changes with the
+/// starts' two and with each number, and what is left of it.
+fn rows(
+    data: &Data,
+    track: &Track,
+    segment: &Segment,
+    rolled: &Rolled,
+    columns: &Columns,
+    places: Range<usize>,
+) -> DMatrix<f64> {
+    let width = columns.len() + 1;
+    let mut rows = Vec::with_capacity(places.len() * width);
+    let weight = 1.0 / data.sigma;
+    for (k, place) in (segment.first..segment.last).zip(places) {
+        if track.weight[k] > 0.0 {
+            rows.extend(columns.iter().map(|column| column.0[place] * weight));
+            rows.push(residual(track, segment, k, rolled.readings[place]) * weight);
+        }
+        if let (Some(sigma), true) = (data.sigma_current, with_current(data, track) && k > segment.first)
+            && let Some(simulated) = current_at(track, k, &rolled.currents, place)
+        {
+            // The start's speed moves the current too, but so little beside the angle that it is left out.
+            rows.extend([0.0; 2]);
+            rows.extend(columns[2..].iter().map(|column| 0.5 * (column.1[place - 1] + column.1[place]) / sigma));
+            rows.push((track.current[k] - simulated) / sigma);
         }
     }
+    DMatrix::from_vec(width, rows.len() / width, rows)
+}
+
+/// Sums of the products of the rows' entries.
+fn products(rows: &DMatrix<f64>) -> DMatrix<f64> {
+    rows * rows.transpose()
 }
 
 /// The change of the numbers that a damped linear model asks for, and the gradient that it follows; `None` where the equations
@@ -506,14 +623,22 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
     let size = fit.free.len();
     let change = change(fit, equations, damping).0.unwrap_or_else(|| DVector::zeros(size));
     let mut trial = fit.clone();
+    // No number moves by more than a factor e, or eight of its units, at once.
+    let most = |one: &Free| if one.scale == Scale::Log { 1.0 } else { 8.0 };
+    let steps: Vec<f64> = fit.free.iter().zip(&change).map(|(one, step)| step.clamp(-most(one), most(one))).collect();
+    let resistance = fit.free.iter().position(|one| one.number == Number::Resistance).map_or(0.0, |place| {
+        let one = &fit.free[place];
+        let to = (fit.coordinates[place] + steps[place]).clamp(lower(one), one.coordinate(one.high));
+        to - fit.coordinates[place]
+    });
     let mut moved = vec![0.0; size];
     for i in 0..size {
         let one = &fit.free[i];
-        // No number moves by more than a factor e, or eight of its units, at once.
-        let most = if one.scale == Scale::Log { 1.0 } else { 8.0 };
-        let to = fit.coordinates[i] + change[i].clamp(-most, most);
+        let to = one.stepped(fit.coordinates[i], steps[i], resistance);
         trial.coordinates[i] = to.clamp(lower(one), one.coordinate(one.high));
-        moved[i] = trial.coordinates[i] - fit.coordinates[i];
+        // What the step's own curve adds goes with the scale, which the readings do not show.
+        let clamped = trial.coordinates[i] - to;
+        moved[i] = steps[i] + clamped;
     }
     for (starts, blocks) in trial.starts.iter_mut().zip(&equations.blocks) {
         for (start, (own, coupling)) in starts.iter_mut().zip(blocks) {
@@ -572,6 +697,18 @@ pub fn misfit(data: &Data, squares: f64) -> f64 {
 pub fn prior_weight(data: &Data, squares: f64, fit: &Fit) -> f64 {
     let residuals = residuals(data);
     if squares > residuals { squares / (residuals + fit.off_prior()) } else { 1.0 }
+}
+
+/// The prior's share of the normal equations, per number: curvature, and pull towards what the file says.
+#[must_use]
+pub fn prior_equations(data: &Data, squares: f64, fit: &Fit) -> Vec<(f64, f64)> {
+    let weight = prior_weight(data, squares, fit);
+    let numbers = fit.free.iter().zip(&fit.coordinates);
+    let equation = |(one, at): (&Free, &f64)| {
+        let curvature = weight * one.prior.powi(-2);
+        (curvature, curvature * (one.coordinate(one.start) - at))
+    };
+    numbers.map(equation).collect()
 }
 
 /// How many residuals a fit is made to, without those that its starts take.

@@ -7,6 +7,7 @@ use effects::Id;
 use robot_file::robot::Robot;
 
 use super::bootstrap::Bootstrap;
+use super::pairs;
 use super::screen::Screen;
 use super::search::{self, Candidate};
 use super::selection::{Decision, Selection, leaves_much, reaches};
@@ -16,9 +17,6 @@ use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
 
 /// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
 const PASSES: usize = 3;
-
-/// Of so many single effects pairs are formed with what a screen about each proposes.
-const LEADING: usize = 2;
 
 /// What is asked.
 pub struct Inquiry<'a> {
@@ -73,11 +71,8 @@ impl Found {
         self.decision = self.selection().decide(alarm);
     }
 
-    /// A better model leaves fewer kinks in what the floor is measured on: the floor is the least that any model shows.
     fn refine_floor(&mut self) {
-        if let Some(best) = best(&self.candidates) {
-            self.session.noise = self.session.noise.min(self.session.scatter_about(&best.evaluation));
-        }
+        self.session.noise = search::floor(&self.session, &self.candidates);
     }
 }
 
@@ -91,7 +86,7 @@ impl<'a> Inquiry<'a> {
     /// From the refitted nominal model to a decision.
     pub fn run(&self, mut session: Session, mut baseline: Candidate) -> Result<Found, DiagnoseError> {
         let effects = search::candidates(&session, self.robot, &self.options.also_try)?;
-        let (rest, candidates) = self.singles(&mut session, &mut baseline, &effects)?;
+        let (rest, candidates) = self.models(&mut session, &mut baseline, &effects)?;
         let bootstrap = Bootstrap::new(baseline.evaluation.errors.len(), self.options.seed);
         let decision = Decision { verdict: Verdict::Nothing, class: Vec::new() };
         let mut found = Found { session, baseline, candidates, bootstrap, decision, rest, remembered: 0.0 };
@@ -104,9 +99,6 @@ impl<'a> Inquiry<'a> {
         }
         if alarm && found.decision.verdict == Verdict::Unexplained {
             self.ask_what_is_left(&mut found, &effects);
-        }
-        if found.decision.verdict == Verdict::Unexplained {
-            self.pairs(&mut found, &effects);
         }
         if let Some(named) = found.decision.named() {
             found.rest = self.screen(&found.session, &found.candidates[named], &effects);
@@ -124,7 +116,7 @@ impl<'a> Inquiry<'a> {
 
     /// Where the best model does not reach the fast scatter, what it leaves may still be noise, which remembers.
     fn ask_what_is_left(&self, found: &mut Found, effects: &[Id]) {
-        let Some(best) = best(&found.candidates) else { return };
+        let Some(best) = search::best(&found.candidates) else { return };
         if self.leaves_noise(&found.session, best, effects) {
             found.remembered = best.mean_square();
             found.decide(true);
@@ -138,26 +130,6 @@ impl<'a> Inquiry<'a> {
             self.add_curves(&mut screen, session, model);
         }
         screen.is_noise()
-    }
-
-    /// Tries pairs of effects: of each of the best few with what a screen about it proposes.
-    fn pairs(&self, found: &mut Found, effects: &[Id]) {
-        self.options.tell("fitting pairs of effects", 0.7);
-        let mut leading: Vec<&Candidate> = found.candidates.iter().collect();
-        leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
-        let proposed: Vec<_> = leading
-            .into_iter()
-            .take(LEADING)
-            .map(|one| (one, self.screen(&found.session, one, effects).proposals(&found.session.model)))
-            .collect();
-        let pairs = search::pairs(&found.session, &found.candidates, &proposed);
-        found.candidates.extend(pairs);
-        search::apart(&found.session, &found.baseline, &mut found.candidates);
-        found.refine_floor();
-        found.decide(true);
-        if found.decision.verdict == Verdict::Unexplained {
-            self.ask_what_is_left(found, effects);
-        }
     }
 
     /// A screen about a model: one that was made, or a new one.
@@ -194,8 +166,8 @@ impl<'a> Inquiry<'a> {
         self.screens.lock().unwrap_or_else(PoisonError::into_inner).push(kept);
     }
 
-    /// Tries every effect on its own, where a screen of the nominal model raises an alarm; returns that screen.
-    fn singles(
+    /// Tries models, where a screen of the nominal one raises an alarm; returns that screen.
+    fn models(
         &self,
         session: &mut Session,
         baseline: &mut Candidate,
@@ -213,19 +185,23 @@ impl<'a> Inquiry<'a> {
             let done = AtomicUsize::new(0);
             let proposals = screen.proposals(&session.model);
             let enough = |tried: &[Candidate]| {
-                let reached = tried.iter().any(|one| reaches(session.noise, baseline, one));
+                let noise = search::floor(session, tried);
+                let reached = tried.iter().any(|one| reaches(noise, baseline, one));
                 // Of a small misfit nothing is named that the screen does not find promising.
-                !leaves_much(session.noise, baseline)
+                !leaves_much(noise, baseline)
                     || reached
-                    || best(tried).is_some_and(|best| self.leaves_noise(session, best, effects))
+                    || search::best(tried).is_some_and(|best| self.leaves_noise(session, best, effects))
             };
-            candidates = search::singles(session, baseline, &proposals, &candidates, &enough, &|| {
+            let done = || {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 let passes = pass as f64 + done as f64 / effects.len() as f64;
-                self.options.tell("fitting effects", 0.15 + 0.5 * passes / PASSES as f64);
-            });
+                self.options.tell("fitting effects", 0.15 + 0.65 * passes / PASSES as f64);
+            };
+            let about = |model: &Candidate| self.screen(session, model, effects).proposals(&session.model);
+            let asks = search::Asks { enough: &enough, proposals: &about, done: &done };
+            candidates = search::models(session, baseline, &proposals, &candidates, &asks);
             // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
-            let best = best(&candidates).filter(|best| !reaches(session.noise, baseline, best));
+            let best = search::best(&candidates).filter(|best| !reaches(session.noise, baseline, best));
             let Some(best) = best.filter(|_| pass + 1 < PASSES) else { break };
             if !session.drop_blind(&best.fit, self.options)? {
                 break;
@@ -244,14 +220,14 @@ impl<'a> Inquiry<'a> {
         let sure = found.rest.effects();
         let proposals: Vec<_> =
             found.rest.proposals(&found.session.model).into_iter().filter(|one| sure.contains(&one.effect)).collect();
-        let pairs = search::beside(&found.session, &found.candidates[named], &proposals);
+        let pairs = pairs::beside(&found.session, &found.candidates[named], &proposals);
         if pairs.is_empty() {
             return;
         }
         found.candidates.extend(pairs);
         let screened = found.candidates[named].fit.coordinates.clone();
         // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
-        search::apart(&found.session, &found.baseline, &mut found.candidates);
+        pairs::apart(&found.session, &found.baseline, &mut found.candidates);
         found.decide(true);
         if let Some(pair) = found.selection().with_second(&found.decision) {
             found.decision = pair;
@@ -262,8 +238,4 @@ impl<'a> Inquiry<'a> {
             found.rest = self.screen(&found.session, &found.candidates[now], effects);
         }
     }
-}
-
-fn best(candidates: &[Candidate]) -> Option<&Candidate> {
-    candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
 }

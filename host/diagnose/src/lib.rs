@@ -53,13 +53,17 @@ pub mod identify;
 mod inquiry;
 mod map;
 mod memory;
+mod missing_term;
 mod model;
 mod motion;
 mod nominal;
 mod numbers;
+mod one_step;
+mod pairs;
 mod probe;
 mod rig_check;
 mod rollout;
+mod scale_free;
 mod screen;
 mod search;
 mod selection;
@@ -89,7 +93,7 @@ pub use extend::extend;
 pub use rig_check::{Cause as RigMistake, Finding, Mend, RigCheck, check_rig};
 pub use verdict::{
     CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,
-    MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample, Verdict,
+    MisfitCurve, MissingTerm, RolloutError, RolloutTrace, RunUse, TermKind, TermPoint, TraceSample, Verdict,
 };
 
 /// Is told what is being done (a word or two) and the share done, 0 … 1.
@@ -208,7 +212,7 @@ pub fn diagnose(
         let (session, baseline) = open(robot, fit, held_out, options)?;
         let found = Inquiry::new(robot, options).run(session, baseline)?;
         options.tell("writing down", 0.97);
-        let diagnosis = write_down(robot, &found);
+        let diagnosis = write_down(robot, &found, options.seed);
         options.tell("done", 1.0);
         Ok(diagnosis)
     })
@@ -298,10 +302,10 @@ fn with_reason(error: DiagnoseError, robot: &Robot, fit: &[Recording], held_out:
 fn judged(session: &mut Session, fit: Fit) -> Candidate {
     let evaluation = session.evaluate(&fit);
     session.remember(&evaluation);
-    Candidate { effects: Vec::new(), fit, evaluation, sized: true }
+    Candidate { effects: Vec::new(), fit, evaluation, sized: true, in_full: true }
 }
 
-fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
+fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
     let Found { session, decision, rest, .. } = found;
     let selection = &found.selection();
     let named = decision.named().map(|index| &selection.candidates[index]);
@@ -321,6 +325,10 @@ fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
         .collect();
     let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, rest.follows());
     let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
+    let missing_terms = match decision.verdict {
+        Verdict::Nothing => Vec::new(),
+        _ => missing_term::of(session, selection.baseline, &misfit_map, seed),
+    };
     let mut class: Vec<Id> = also.iter().flatten().copied().collect();
     class.extend(if class.is_empty() { &[] } else { after.effects.as_slice() });
     let gain = named.map_or_else(Gain::default, |model| {
@@ -337,6 +345,8 @@ fn write_down(robot: &Robot, found: &Found) -> Diagnosis {
         gain,
         next_experiment: words::next_experiment(&class, left_over.as_ref().map(|left| left.coordinate.as_str())),
         left_over,
+        missing_terms,
+        scale_free: scale_free::of(&session.model, &after.fit),
         limits: values::limits(&session.model, rest, &after.effects),
         detail: Detail {
             horizon_s: session.horizon_s,

@@ -97,6 +97,12 @@ fn any(laws: &Laws, acts: Acts) -> bool {
 }
 
 impl Plant {
+    /// Whether motor and load are two masses with a spring or teeth between them.
+    #[must_use]
+    pub fn is_coupled(&self) -> bool {
+        self.shaft.laws.coupling().is_some()
+    }
+
     /// From the simulator's plant and the converter's own error, with the longest step of the integrator (s).
     #[must_use]
     pub fn new(file: FilePlant, converter: Option<ConverterError>, longest_step: f64) -> Self {
@@ -193,7 +199,7 @@ impl Plant {
         let Boundary { hidden, shaft: [angle, speed] } = from;
         let cold = self.cold(track);
         if self.warms {
-            *stepper = cold.warmed(&hidden.states).stepper(stepper.step());
+            stepper.warm(cold, &hidden.states);
         }
         let [twist, twist_rate] = hidden.twist;
         let mut motion = Motion {
@@ -248,7 +254,7 @@ impl Plant {
             motion.drawn_as = 0.0;
             if self.warms {
                 motion.heat.warm(&cold.laws, &mut motion.states, span);
-                *stepper = cold.warmed(&motion.states).stepper(stepper.step());
+                stepper.warm(cold, &motion.states);
             }
             let place = k + 1 - segment.first;
             let before = shown;

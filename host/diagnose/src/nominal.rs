@@ -27,9 +27,14 @@ pub struct FileModel {
     sizes: Sizes,
     /// Mechanical time constant J R / K², s.
     pub time_constant_s: f64,
-    /// Longest step of the integrator, s.
-    longest_step_s: f64,
 }
+
+/// Longest steps of the integrator: this many in a mechanical time constant, and more where friction's bristle bends and slides
+/// within one.
+const STEPS: f64 = 40.0;
+const STEPS_WITH_FRICTION: f64 = 100.0;
+/// They are never longer and need never be shorter than this, s.
+const STEP_S: (f64, f64) = (0.5e-3, 1.5e-3);
 
 /// Rollouts are never shorter than this many samples.
 const FEWEST_SAMPLES: f64 = 25.0;
@@ -76,8 +81,7 @@ impl FileModel {
         }
         let converter = ConverterError::new(robot);
         free.extend(converter.iter().flat_map(ConverterError::numbers));
-        let longest_step_s = (time_constant_s / 100.0).clamp(0.5e-3, 1.5e-3);
-        Self { file, converter, effects, free, rail_v, sizes, time_constant_s, longest_step_s }
+        Self { file, converter, effects, free, rail_v, sizes, time_constant_s }
     }
 
     /// Stall torque, or the largest that the file's own effects have, N·m.
@@ -110,8 +114,7 @@ impl FileModel {
     #[must_use]
     pub fn with(&self, added: &[Id], start: usize) -> Vec<Free> {
         let mut free = self.free.clone();
-        for one in added.iter().flat_map(|id| id.fit(&self.sizes)) {
-            let one = Free::of_effect(&one, start);
+        for one in added.iter().flat_map(|id| numbers_of_effect(*id, &self.sizes, start)) {
             if !free.iter().any(|known| known.number == one.number) {
                 free.push(one);
             }
@@ -142,13 +145,23 @@ impl FileModel {
         ] {
             *field = value(number).unwrap_or(*field);
         }
+        if let Some(time_s) = value(Number::WindingTime) {
+            shaft.inductance_h = time_s * shaft.resistance_ohm;
+        }
         for (id, values) in self.values(added, value) {
             id.put(&mut shaft.laws, Some(&values));
         }
         for id in self.replaced(added) {
             id.put(&mut shaft.laws, None);
         }
-        Plant::new(file, self.converter.map(|error| error.with(value)), self.longest_step_s)
+        let longest_step_s = self.longest_step(file.shaft.laws.presliding().is_some());
+        Plant::new(file, self.converter.map(|error| error.with(value)), longest_step_s)
+    }
+
+    /// Of the integrator, s.
+    fn longest_step(&self, has_friction: bool) -> f64 {
+        let steps = if has_friction { STEPS_WITH_FRICTION } else { STEPS };
+        (self.time_constant_s / steps).clamp(STEP_S.0, STEP_S.1)
     }
 
     /// The file's effects that an added one contains and takes the place of.
@@ -193,7 +206,7 @@ fn load_given(robot: &Robot) -> f64 {
     if robot.eccentric.is_some() { robot.load.inertia_kg_m2.value } else { 0.0 }
 }
 
-/// R, K, J and b, as far as the file's ranges let them move.
+/// R, K, J, b and L/R, as far as the file's ranges let them move.
 fn motor_numbers(robot: &Robot, file: &FilePlant) -> Vec<Free> {
     let (motor, shaft) = (&robot.motor, &file.shaft);
     let wide = |number, words, value: f64, prior| Free::of_motor(number, words, value, 5.0, prior);
@@ -207,7 +220,9 @@ fn motor_numbers(robot: &Robot, file: &FilePlant) -> Vec<Free> {
     let inertia = wide(Number::Inertia, "the inertia", shaft.inertia_kg_m2, spread(&total, 0.3));
     let damping = shaft.torque_constant * shaft.torque_constant / shaft.resistance_ohm;
     let (resistance, torque_constant) = (&motor.resistance_ohm, &motor.torque_constant_nm_per_a);
-    vec![
+    let winding_time = shaft.inductance_h / shaft.resistance_ohm;
+    let winding = wide(Number::WindingTime, "the winding's time constant", winding_time, 1.0);
+    let mut numbers = vec![
         wide(Number::Resistance, "the winding's resistance", shaft.resistance_ohm, spread(resistance, 0.3)),
         wide(Number::TorqueConstant, "the torque constant", shaft.torque_constant, spread(torque_constant, 0.15)),
         // Of a load that an eccentric gives, the file keeps what it says: the rotor has the rest, which is positive.
@@ -216,10 +231,34 @@ fn motor_numbers(robot: &Robot, file: &FilePlant) -> Vec<Free> {
             scale: Scale::Linear(0.1 * damping),
             low: 0.0,
             high: shaft.viscous.max(damping) * 20.0,
-            step: 2e-2,
+            step: 2e-3,
+            follows_scale: -1.0,
             ..wide(Number::Viscous, "the viscous damping", shaft.viscous, 50.0)
         },
-    ]
+    ];
+    numbers.extend((winding_time > 0.0).then_some(winding));
+    numbers
+}
+
+/// The numbers of an effect from one of its starting points. Those whose unit the catalogue takes from a torque or a resistance of
+/// the rig follow the scale of torques.
+fn numbers_of_effect(id: Id, sizes: &Sizes, start: usize) -> Vec<Free> {
+    let e = std::f64::consts::E;
+    let other = Sizes {
+        torque_nm: sizes.torque_nm / e,
+        resistance_ohm: sizes.resistance_ohm * e,
+        inertia_kg_m2: sizes.inertia_kg_m2 / e,
+        ..*sizes
+    };
+    let follows = |one: &FitNumber, at_other: &FitNumber| match (one.scale, at_other.scale) {
+        (Scale::Linear(unit), Scale::Linear(at_other)) => (at_other / unit).ln(),
+        _ => 0.0,
+    };
+    let with_scale = |(one, at_other): (FitNumber, FitNumber)| Free {
+        follows_scale: follows(&one, &at_other),
+        ..Free::of_effect(&one, start)
+    };
+    id.fit(sizes).into_iter().zip(id.fit(&other)).map(with_scale).collect()
 }
 
 /// The numbers of an effect of the file: the catalogue's way of moving them, the file's values to start from, and its
@@ -231,8 +270,8 @@ fn file_numbers(robot: &Robot, id: Id, sizes: &Sizes) -> Vec<Free> {
     let own = id.fit(sizes);
     let starts = id.fit_of_values(&values, own.len());
     let spreads = id.fit_ranges(&values, &spread_left(robot, id, &values, ranges), own.len());
-    let with_file = |((one, start), spread): ((&FitNumber, &f64), &f64)| {
-        let mut free = Free::of_effect(one, 0);
+    let with_file = |((one, start), spread): ((&Free, &f64), &f64)| {
+        let mut free = *one;
         // What the file says is possible, wherever the catalogue's own fits stop.
         (free.start, free.low, free.high) = (*start, free.low.min(*start), free.high.max(*start));
         // As wide as the file says, and never tighter than a fifth of the value.
@@ -243,7 +282,7 @@ fn file_numbers(robot: &Robot, id: Id, sizes: &Sizes) -> Vec<Free> {
         };
         free
     };
-    own.iter().zip(&starts).zip(&spreads).map(with_file).collect()
+    numbers_of_effect(id, sizes, 0).iter().zip(&starts).zip(&spreads).map(with_file).collect()
 }
 
 /// Half ranges of an effect's values, about which the file may be wrong. What a sensor's correction has taken away is not

@@ -13,6 +13,9 @@ pub enum Number {
     Inertia,
     /// b, N·m·s/rad.
     Viscous,
+    /// L/R of the winding, s. Some microseconds are all that it is in the readings, where they also are what a rig does not keep of its
+    /// times: it is fitted so that neither tells the scale of torques, and not reported.
+    WindingTime,
     /// Of the converter's nonlinearity, [`super::converter::ConverterError`].
     OfConverter(usize),
     /// Of every effect whose fit has a number of this name ([`FitNumber::name`]).
@@ -38,6 +41,9 @@ pub struct Free {
     pub prior: f64,
     /// Step of the finite difference, in the fit's own coordinate.
     pub step: f64,
+    /// Of a linear number, the power of the resistance that it follows where nothing but the scale of torques changes, which angle
+    /// and drive do not show: −1 for a torque, 1 for another resistance.
+    pub follows_scale: f64,
 }
 
 impl Free {
@@ -45,10 +51,20 @@ impl Free {
     #[must_use]
     pub fn of_motor(number: Number, words: &'static str, start: f64, factor: f64, prior: f64) -> Self {
         let (low, high) = (start / factor, start * factor);
-        Self { number, words, scale: Scale::Log, start, low, high, prior, step: difference_step(Scale::Log) }
+        Self {
+            number,
+            words,
+            scale: Scale::Log,
+            start,
+            low,
+            high,
+            prior,
+            step: difference_step(Scale::Log),
+            follows_scale: 0.0,
+        }
     }
 
-    /// A number of an effect, from one of its starting points.
+    /// A number of an effect, from one of its starting points; `follows_scale` is to be filled in.
     #[must_use]
     pub fn of_effect(one: &FitNumber, start: usize) -> Self {
         Self {
@@ -60,7 +76,16 @@ impl Free {
             high: one.high,
             prior: one.prior,
             step: one.step.unwrap_or(difference_step(one.scale)),
+            follows_scale: 0.0,
         }
+    }
+
+    /// Its coordinate after a step, where the resistance makes one of this many factors e. Along the scale of torques the step is as
+    /// curved as that is, so that it may be long.
+    #[must_use]
+    pub fn stepped(&self, coordinate: f64, step: f64, resistance: f64) -> f64 {
+        let with_scale = self.follows_scale * resistance;
+        if with_scale == 0.0 { coordinate + step } else { (coordinate * (1.0 - with_scale) + step) * with_scale.exp() }
     }
 
     /// The fit's coordinate of a number.
@@ -93,16 +118,41 @@ impl Free {
         self.low >= self.high
     }
 
-    /// The finite difference at a coordinate: away from the upper bound.
+    /// The finite difference at a coordinate, a factor of the usual one: away from the upper bound.
     #[must_use]
-    pub fn difference(&self, coordinate: f64) -> f64 {
-        if coordinate + self.step > self.coordinate(self.high) { -self.step } else { self.step }
+    pub fn difference(&self, coordinate: f64, factor: f64) -> f64 {
+        let step = (factor * self.step).min(self.step.max(LONGEST_DIFFERENCE));
+        if coordinate + step > self.coordinate(self.high) { -step } else { step }
     }
 }
 
+/// A difference that an effect makes longer is at most this long.
+const LONGEST_DIFFERENCE: f64 = 0.1;
+
+/// So short that what it bends does not look like knowledge of a direction that the readings leave open.
 fn difference_step(scale: Scale) -> f64 {
     match scale {
-        Scale::Log => 2e-3,
-        Scale::Linear(_) => 2e-2,
+        Scale::Log => 2e-4,
+        Scale::Linear(_) => 2e-3,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_step_along_the_scale_of_torques_stays_on_it() {
+        let torque = Free {
+            scale: Scale::Linear(1e-5),
+            follows_scale: -1.0,
+            ..Free::of_motor(Number::Viscous, "the viscous damping", 2e-5, 5.0, 1.0)
+        };
+        // The resistance three times as large, and the tangent of torque times resistance that stays.
+        let (at, resistance) = (2.0, 3f64.ln());
+        let to = torque.stepped(at, -at * resistance, resistance);
+        assert!((to * 3.0 / at - 1.0).abs() < 1e-12, "{to}");
+        // Without the resistance a step is what it is.
+        assert!((torque.stepped(at, 0.5, 0.0) - 2.5).abs() < 1e-12);
     }
 }

@@ -15,10 +15,11 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
-use super::fit::{self, Data, Fit, Moved};
+use super::fit::{self, Columns, Data, Fit, Moved};
 use super::motion;
 use super::nominal::FileModel;
 use super::numbers::Number;
+use super::one_step::one_step;
 use super::probe::{Follows, Probe, Spans};
 use super::rollout::Rolled;
 use super::track::Track;
@@ -68,7 +69,8 @@ pub struct Screened {
 
 impl Screened {
     /// Whether it is more than an accident and promises something.
-    fn is_sure(&self) -> bool {
+    #[must_use]
+    pub fn is_sure(&self) -> bool {
         self.family_chance <= FAMILY_ERROR && self.promised >= LEAST_PROMISED
     }
 }
@@ -99,7 +101,8 @@ impl Screen {
     pub fn of_effects(model: &FileModel, data: &Data, fit: &Fit, effects: &[Id], seed: u64) -> Self {
         let rolled = fit::roll_all(model, data, fit);
         let groups = effect_groups(model, fit, effects);
-        let directions = Scores::new(model, data, fit, &rolled, &groups).family(&groups, seed);
+        let directions =
+            Scores::new(data, fit, &rolled, &columns(model, data, fit, &rolled, &groups)).family(&groups, seed);
         Self { directions, motion_chance: motion::chance(data.tracks, &rolled, seed) }
     }
 
@@ -107,7 +110,9 @@ impl Screen {
     pub fn add_curves(&mut self, model: &FileModel, data: &Data, fit: &Fit, seed: u64) {
         let rolled = fit::roll_all(model, data, fit);
         let groups = curve_groups(model, data, fit);
-        self.directions.extend(Scores::new(model, data, fit, &rolled, &groups).family(&groups, seed));
+        self.directions.extend(
+            Scores::new(data, fit, &rolled, &columns(model, data, fit, &rolled, &groups)).family(&groups, seed),
+        );
     }
 
     /// Whether anything that was screened is more than an accident and worth a fit.
@@ -145,24 +150,8 @@ impl Screen {
     /// Every effect that was screened, the most promising first.
     #[must_use]
     pub fn proposals(&self, model: &FileModel) -> Vec<Proposal> {
-        let mut proposals: Vec<Proposal> = Vec::new();
-        let mut by_promise: Vec<(Id, usize, f64)> = Vec::new();
-        for one in &self.directions {
-            if let Direction::Effect(id, start) = one.direction {
-                by_promise.push((id, start, one.promised));
-            }
-        }
-        by_promise.sort_by(|a, b| b.2.total_cmp(&a.2));
-        for (effect, start, promised) in by_promise {
-            // Of a shape, all sizes.
-            let starts = || shapes(model, effect).into_iter().find(|shape| shape[0] == start).unwrap_or_default();
-            match proposals.iter_mut().find(|known| known.effect == effect) {
-                Some(known) if known.starts.len() < MOST_STARTS => known.starts.extend(starts()),
-                Some(_) => {}
-                None => proposals.push(Proposal { effect, starts: starts(), promised }),
-            }
-        }
-        proposals
+        let promised = self.directions.iter().map(|one| (one.direction, one.promised));
+        in_order(model, promised)
     }
 
     /// The coordinate that what is left follows best, where that is more than an accident.
@@ -174,6 +163,66 @@ impl Screen {
         });
         curves.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(follows, _)| follows)
     }
+}
+
+/// The proposals of a screen that asks for no chances.
+#[must_use]
+pub fn propose(model: &FileModel, data: &Data, fit: &Fit, effects: &[Id]) -> Vec<Proposal> {
+    let rolled = fit::roll_all(model, data, fit);
+    let groups = effect_groups(model, fit, effects);
+    let scores = Scores::new(data, fit, &rolled, &columns(model, data, fit, &rolled, &groups));
+    in_order(model, groups.iter().map(|group| (group.direction, scores.promised(group))))
+}
+
+/// Effects by the most that one of their shapes promises.
+fn in_order(model: &FileModel, promised: impl Iterator<Item = (Direction, f64)>) -> Vec<Proposal> {
+    let mut proposals: Vec<Proposal> = Vec::new();
+    let of_effect = |(direction, promised)| match direction {
+        Direction::Effect(id, start) => Some((id, start, promised)),
+        Direction::Curve(_) => None,
+    };
+    let mut by_promise: Vec<(Id, usize, f64)> = promised.filter_map(of_effect).collect();
+    by_promise.sort_by(|a, b| b.2.total_cmp(&a.2));
+    for (effect, start, promised) in by_promise {
+        // Of a shape, all sizes.
+        let starts = || shapes(model, effect).into_iter().find(|shape| shape[0] == start).unwrap_or_default();
+        match proposals.iter_mut().find(|known| known.effect == effect) {
+            Some(known) if known.starts.len() < MOST_STARTS => known.starts.extend(starts()),
+            Some(_) => {}
+            None => proposals.push(Proposal { effect, starts: starts(), promised }),
+        }
+    }
+    proposals
+}
+
+/// A curve as one step of the linear model has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimatedCurve {
+    /// What it follows.
+    pub follows: Follows,
+    /// By how much it promises to lower the sum of squares, and how likely chance is to promise as much.
+    pub screened: Screened,
+    /// The rig's scales, from which its knots follow.
+    pub spans: Spans,
+    /// Its terms, in each one's own size.
+    pub terms: DVector<f64>,
+    /// Of the terms.
+    pub covariance: DMatrix<f64>,
+}
+
+/// The curves over each coordinate that a fit lacks. What the fit's numbers could do is not in them.
+#[must_use]
+pub fn estimate_curves(model: &FileModel, data: &Data, fit: &Fit, seed: u64) -> Vec<EstimatedCurve> {
+    let rolled = fit::roll_all(model, data, fit);
+    let (groups, spans) = (curve_groups(model, data, fit), spans(model, data));
+    let columns = columns(model, data, fit, &rolled, &groups);
+    let screened = Scores::new(data, fit, &rolled, &columns).family(&groups, seed);
+    let estimates = Follows::ALL.into_iter().zip(&groups).zip(screened).map(|((follows, group), screened)| {
+        let block = |track: usize| block_rollouts(&data.tracks[track]);
+        let (terms, covariance) = one_step(data, fit, &rolled, &columns, &group.columns, &block);
+        EstimatedCurve { follows, screened, spans, terms, covariance }
+    });
+    estimates.collect()
 }
 
 /// A direction with its columns.
@@ -270,6 +319,13 @@ fn spans(model: &FileModel, data: &Data) -> Spans {
     }
 }
 
+/// How the readings change with the starts, the fit's numbers and each group's columns.
+fn columns(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled], groups: &[Group]) -> Vec<Columns> {
+    let moved: Vec<Moved> =
+        fit::moved(model, fit).into_iter().chain(groups.iter().flat_map(|group| group.moved.clone())).collect();
+    fit::sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved)
+}
+
 /// Scores of every block of rollouts, and their curvature, the starts eliminated.
 struct Scores {
     /// Numbers of the fit.
@@ -284,14 +340,13 @@ struct Scores {
 }
 
 impl Scores {
-    fn new(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled], groups: &[Group]) -> Self {
+    fn new(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> Self {
         let numbers = fit.free.len();
-        let moved: Vec<Moved> =
-            fit::moved(model, fit).into_iter().chain(groups.iter().flat_map(|group| group.moved.clone())).collect();
-        let columns = fit::sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved);
-        let mut matrix = DMatrix::zeros(moved.len(), moved.len());
+        // The starts' two are eliminated.
+        let size = columns.first().map_or(numbers, |all| all.len() - 2);
+        let mut matrix = DMatrix::zeros(size, size);
         let mut blocks = Vec::new();
-        for (track, equations) in data.tracks.iter().zip(fit::reduce_all(data, rolled, &columns)) {
+        for (track, equations) in data.tracks.iter().zip(fit::reduce_all(data, rolled, columns)) {
             matrix += equations.matrix;
             blocks.extend(
                 equations.gradients.chunks(block_rollouts(track)).map(|block| block.iter().sum::<DVector<f64>>()),
@@ -300,11 +355,9 @@ impl Scores {
         let mut total: DVector<f64> = blocks.iter().sum();
         // Of these rollouts: the fit may have been made to others, or to another noise.
         let squares = fit::squares(data, rolled);
-        let weight = fit::prior_weight(data, squares, fit);
-        for (i, one) in fit.free.iter().enumerate() {
-            let precision = weight * one.prior.powi(-2);
-            matrix[(i, i)] += precision;
-            total[i] -= precision * (fit.coordinates[i] - one.coordinate(one.start));
+        for (i, (curvature, pull)) in fit::prior_equations(data, squares, fit).into_iter().enumerate() {
+            matrix[(i, i)] += curvature;
+            total[i] += pull;
         }
         let mut scores = Self { numbers, matrix, blocks, total, squares };
         scores.take_numbers_out();
@@ -387,18 +440,30 @@ impl Scores {
         (0..size).map(limit).collect()
     }
 
-    /// The statistic of a group, and its values with signs of the blocks changed.
-    fn statistics(&self, group: &Group, signs: &[f64]) -> (f64, Vec<f64>) {
+    /// By how much a group promises to lower the sum of squares, as a share of it.
+    fn promised(&self, group: &Group) -> f64 {
+        self.whiten(group).map_or(0.0, |whiten| whiten(&self.total).norm_squared())
+            / self.squares.max(f64::MIN_POSITIVE)
+    }
+
+    /// What takes a score to a group's own, in units of its deviation; `None` where the group's columns say the same.
+    fn whiten(&self, group: &Group) -> Option<impl Fn(&DVector<f64>) -> DVector<f64> + use<>> {
         let (first, size) = (group.columns.start - self.numbers, group.columns.len());
         let mut matrix = self.matrix.view((first, first), (size, size)).into_owned();
         for i in 0..size {
             matrix[(i, i)] = matrix[(i, i)] * (1.0 + 1e-6) + f64::MIN_POSITIVE;
         }
-        let Some(factor) = matrix.cholesky() else { return (0.0, vec![0.0; RESAMPLES]) };
-        let whiten = |score: &DVector<f64>| {
+        let factor = matrix.cholesky()?;
+        Some(move |score: &DVector<f64>| {
             let own = score.rows(first, size).into_owned();
             factor.l_dirty().solve_lower_triangular(&own).unwrap_or_else(|| DVector::zeros(size))
-        };
+        })
+    }
+
+    /// The statistic of a group, and its values with signs of the blocks changed.
+    fn statistics(&self, group: &Group, signs: &[f64]) -> (f64, Vec<f64>) {
+        let Some(whiten) = self.whiten(group) else { return (0.0, vec![0.0; RESAMPLES]) };
+        let size = group.columns.len();
         let mut own = DMatrix::zeros(size, self.blocks.len());
         for (mut column, block) in own.column_iter_mut().zip(&self.blocks) {
             column.copy_from(&whiten(block));

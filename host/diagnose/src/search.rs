@@ -7,7 +7,8 @@ use robot_file::robot::Robot;
 
 use super::DiagnoseError;
 use super::fit::Fit;
-use super::screen::Proposal;
+use super::pairs::add_pairs;
+use super::screen::{Proposal, propose};
 use super::selection::reaches;
 use super::session::{Evaluation, Session};
 
@@ -22,6 +23,8 @@ pub struct Candidate {
     pub evaluation: Evaluation,
     /// Each of its effects has a size whose interval does not touch zero.
     pub sized: bool,
+    /// Fitted to all rollouts, not only to those of a first look.
+    pub in_full: bool,
 }
 
 impl Candidate {
@@ -32,14 +35,14 @@ impl Candidate {
     }
 
     /// A fit, judged.
-    fn of(session: &Session, fit: Fit) -> Self {
+    pub(super) fn of(session: &Session, fit: Fit, in_full: bool) -> Self {
         let sized = fit.effects.iter().all(|effect| fit.has_size(&session.model, *effect));
-        Self { effects: fit.effects.clone(), evaluation: session.evaluate(&fit), fit, sized }
+        Self { effects: fit.effects.clone(), evaluation: session.evaluate(&fit), fit, sized, in_full }
     }
 
     /// Takes over another fit of the same effects where it does better; one whose numbers the file rules out must do much better
     /// than one whose numbers it allows.
-    fn improve(&mut self, other: Self) {
+    pub(super) fn improve(&mut self, other: Self) {
         let allowed = match (self.fit.strayed(), other.fit.strayed()) {
             (true, false) => MUCH,
             (false, true) => 1.0 / MUCH,
@@ -52,11 +55,13 @@ impl Candidate {
 }
 
 /// How far the cost must still fall in a round for the fit to go on.
-const TOLERANCE: f64 = 2e-5;
+pub(super) const TOLERANCE: f64 = 2e-5;
 /// Rounds of a fit at most.
-const ROUNDS: usize = 15;
+pub(super) const ROUNDS: usize = 15;
 /// Rounds of a first look.
-const LOOK: usize = 7;
+pub(super) const LOOK: usize = 7;
+/// Models that are looked at side by side.
+const WAVE: usize = 6;
 /// A model is fitted in full if its excess over the noise after the first look is within this factor of the best's.
 const PROMISING: f64 = 2.0;
 /// Effects are fitted from each other's outcome where the better one comes this near to the floor (mean square).
@@ -64,26 +69,22 @@ const NEAR: f64 = 1.6;
 /// Most single effects that are fitted in full.
 const MOST_SINGLE: usize = 5;
 /// Most pairs that are fitted in full, and most single effects from the file's own numbers.
-const MOST_FURTHER: usize = 3;
-/// Pairs are formed among this many of the best single effects.
-const PAIRED: usize = 3;
+pub(super) const MOST_FURTHER: usize = 3;
 /// So many effects that promise this share of the best one's are tried before the others, with what those of the first few are
 /// easily mistaken for.
 const FIRST: (usize, f64, usize) = (6, 0.1, 2);
-
-/// Of each of the best single effects, pairs are formed with so many that a screen about it proposes.
-const PROPOSED: usize = 4;
 
 /// Much better, or worse, is this factor of the mean square error.
 const MUCH: f64 = 1.25;
 
 /// A model to be tried.
-struct Wanted<'a> {
-    effects: Vec<Id>,
+pub(super) struct Wanted {
+    /// What the model has beside the file's.
+    pub effects: Vec<Id>,
     /// The fit whose numbers it takes over.
-    from: &'a Fit,
+    pub from: Fit,
     /// Starting points of what that fit does not have.
-    starts: Vec<usize>,
+    pub starts: Vec<usize>,
 }
 
 /// Every effect that a diagnosis tries and some that are asked for, as far as the file lacks them and these runs can show them.
@@ -115,34 +116,70 @@ pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<
     Ok(Id::all().filter(tried).filter(|&id| !in_file(id)).filter(shows).collect())
 }
 
-/// Fits and judges single effects: the promising ones, and the others only where `enough` is not said of the outcome; the best
-/// few of those that were tried before from where they ended too. `done` is told after each.
+/// What [`models`] asks of the course of a diagnosis.
+pub struct Asks<'a> {
+    /// Whether what has been tried is enough.
+    pub enough: &'a (dyn Fn(&[Candidate]) -> bool + Sync),
+    /// What a screen about a model proposes.
+    pub proposals: &'a (dyn Fn(&Candidate) -> Vec<Proposal> + Sync),
+    /// To be told after each effect.
+    pub done: &'a (dyn Fn() + Sync),
+}
+
+/// Tries models until they are enough: promising single effects, pairs of the best of them, the other effects, and the best from
+/// the file's own numbers. The best few of those that were tried before are fitted from where they ended too.
 #[must_use]
-pub fn singles(
+pub fn models(
     session: &Session,
     baseline: &Candidate,
     proposals: &[Proposal],
     before: &[Candidate],
-    enough: &(dyn Fn(&[Candidate]) -> bool + Sync),
-    done: &(dyn Fn() + Sync),
+    asks: &Asks,
 ) -> Vec<Candidate> {
     let (first, others) = promising(proposals);
-    let mut candidates = alone(session, baseline, &first, done);
+    let mut candidates = alone(session, baseline, &first, f64::INFINITY, asks.done);
     from_before(session, &mut candidates, before);
-    if !enough(&candidates) {
-        candidates.extend(alone(session, baseline, &others, done));
+    if !(asks.enough)(&candidates) {
+        add_pairs(session, baseline, &mut candidates, asks);
+        let reached = best(&candidates).filter(|best| reaches(floor(session, &candidates), baseline, best));
+        let least = reached.map_or(f64::INFINITY, |best| session.coarse_cost(&best.fit));
+        candidates.extend(alone(session, baseline, &others, least, asks.done));
         from_before(session, &mut candidates, before);
         level(session, &mut candidates);
     }
-    let best = candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
-    if baseline.fit.strayed() || best.is_some_and(|best| best.fit.strayed()) {
-        if !enough(&candidates) {
-            from_file(session, &mut candidates);
-            level(session, &mut candidates);
-        }
+    let strayed = baseline.fit.strayed() || best(&candidates).is_some_and(|best| best.fit.strayed());
+    if strayed && !(asks.enough)(&candidates) {
+        from_file(session, &mut candidates);
+        level(session, &mut candidates);
+    }
+    if strayed {
         level_mistaken(session, &mut candidates);
     }
+    if !(asks.enough)(&candidates) {
+        add_pairs(session, baseline, &mut candidates, asks);
+    }
     candidates
+}
+
+/// The mean square of the noise (rad²) where a model that is better than the settled one leaves fewer kinks in what it is measured
+/// on: the floor is the least that any model shows, and no more than the best one leaves.
+#[must_use]
+pub fn floor(session: &Session, candidates: &[Candidate]) -> f64 {
+    let floor_of = |best: &Candidate| session.scatter_about(&best.evaluation).min(best.mean_square());
+    best(candidates).map_or(session.noise, |best| session.noise.min(floor_of(best)))
+}
+
+/// The model with the least held-out error.
+#[must_use]
+pub fn best(candidates: &[Candidate]) -> Option<&Candidate> {
+    candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
+}
+
+/// Places of the single effects, the best one first.
+pub(super) fn singles(candidates: &[Candidate]) -> Vec<usize> {
+    let mut singles: Vec<usize> = (0..candidates.len()).filter(|&i| candidates[i].effects.len() == 1).collect();
+    singles.sort_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()));
+    singles
 }
 
 /// The proposals that are tried first, and the others.
@@ -160,12 +197,18 @@ fn promising(proposals: &[Proposal]) -> (Vec<&Proposal>, Vec<&Proposal>) {
     (first.into_iter().map(|(_, one)| one).collect(), others.into_iter().map(|(_, one)| one).collect())
 }
 
-fn alone(session: &Session, baseline: &Candidate, proposals: &[&Proposal], done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
+fn alone(
+    session: &Session,
+    baseline: &Candidate,
+    proposals: &[&Proposal],
+    least: f64,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Candidate> {
     let wanted: Vec<Wanted> = proposals
         .iter()
-        .map(|one| Wanted { effects: vec![one.effect], from: &baseline.fit, starts: one.starts.clone() })
+        .map(|one| Wanted { effects: vec![one.effect], from: baseline.fit.clone(), starts: one.starts.clone() })
         .collect();
-    if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_SINGLE, done) }
+    try_all(session, &wanted, (MOST_SINGLE, least), done)
 }
 
 /// Fits the best few of those that were tried before from where they ended: on runs that have since been read anew.
@@ -178,19 +221,36 @@ fn from_before(session: &Session, candidates: &mut [Candidate], before: &[Candid
     finish_all(session, candidates, begun);
 }
 
-/// Looks at every effect from the file's own numbers, and fits the best few in full from there: without the effect those
-/// numbers may have been refitted to where no step leads back from.
+/// Looks at the most promising effects of a screen about the file's own numbers from there, and fits the best few in full:
+/// without the effect those numbers may have been refitted to where no step leads back from. The best effect so far is fitted in
+/// full from each of its starting points: it is the one to be named, unless its numbers have gone astray.
 fn from_file(session: &Session, candidates: &mut [Candidate]) {
-    let look = |(place, candidate): (usize, &Candidate)| (place, session.look_from_file(&candidate.effects, LOOK));
-    let mut looks: Vec<(usize, Fit)> = candidates.par_iter().enumerate().map(look).collect();
+    let singles = singles(candidates);
+    let effects: Vec<Id> = singles.iter().map(|&i| candidates[i].effects[0]).collect();
+    let place = |effect: Id| effects.iter().position(|one| *one == effect).map(|i| singles[i]);
+    let look =
+        |(effect, starts): (Id, Vec<usize>)| Some((place(effect)?, session.look_from_file(&[effect], &starts, LOOK)));
+    let leader = effects.first().copied();
+    let promising: Vec<(Id, Vec<usize>)> = propose(&session.model, &session.data(), &session.unfitted, &effects)
+        .into_iter()
+        .take(FIRST.0)
+        .filter(|one| Some(one.effect) != leader)
+        .map(|one| (one.effect, session.all_starts(&[one.effect])))
+        .collect();
+    let mut looks: Vec<(usize, Fit)> = promising.into_par_iter().filter_map(look).collect();
     looks.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     looks.truncate(MOST_FURTHER);
+    let each = leader
+        .into_iter()
+        .flat_map(|leader| session.all_starts(&[leader]).into_iter().map(move |start| (leader, vec![start])));
+    looks.par_extend(each.collect::<Vec<_>>().into_par_iter().filter_map(look));
     finish_all(session, candidates, looks);
 }
 
 /// Fits in full what has begun, each for the candidate at a place.
 fn finish_all(session: &Session, candidates: &mut [Candidate], begun: Vec<(usize, Fit)>) {
-    let finish = |(place, begun)| (place, Candidate::of(session, session.finish(begun, ROUNDS, TOLERANCE)));
+    let finish =
+        |(place, begun)| (place, Candidate::of(session, session.finish(begun, ROUNDS, TOLERANCE, f64::INFINITY), true));
     let finished: Vec<(usize, Candidate)> = begun.into_par_iter().map(finish).collect();
     for (place, candidate) in finished {
         candidates[place].improve(candidate);
@@ -198,16 +258,25 @@ fn finish_all(session: &Session, candidates: &mut [Candidate], begun: Vec<(usize
 }
 
 /// Looks at every model briefly from each of its starting points, fits the promising ones (`most` of them) in full,
-/// judges all.
-fn try_all(session: &Session, wanted: &[Wanted], most: usize, done: &(dyn Fn() + Sync)) -> Vec<Candidate> {
-    let look = |one: &Wanted| session.look(&one.effects, one.from, &one.starts, LOOK);
-    let looks: Vec<Fit> = wanted.par_iter().map(look).collect();
+/// judges all. A look is not taken to the end where it is beaten by the `least` cost that others have reached on the same
+/// rollouts.
+pub(super) fn try_all(
+    session: &Session,
+    wanted: &[Wanted],
+    (most, least): (usize, f64),
+    done: &(dyn Fn() + Sync),
+) -> Vec<Candidate> {
+    if wanted.is_empty() {
+        return Vec::new();
+    }
+    let looks = look_at_all(session, wanted, least);
     let readings = session.coarse_readings();
     let excess: Vec<f64> = looks.iter().map(|look| (look.cost / readings - 1.0).max(0.0)).collect();
     let mut sorted = excess.clone();
     sorted.sort_by(f64::total_cmp);
     let at = |place: usize| sorted.get(place.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0);
-    let bar = (PROMISING * at(0) + 0.05).clamp(at(1), at(most - 1).max(at(1)));
+    let near = |excess: f64| PROMISING * excess + 0.05;
+    let bar = near(at(0)).clamp(at(1), at(most - 1).max(at(1))).min(near(least / readings - 1.0));
     // Where an effect is promising, what it contains must not lose for want of a full fit.
     let contained: Vec<Vec<Id>> = wanted
         .iter()
@@ -215,25 +284,38 @@ fn try_all(session: &Session, wanted: &[Wanted], most: usize, done: &(dyn Fn() +
         .filter(|(_, excess)| **excess <= bar)
         .filter_map(|(one, _)| simpler(&one.effects))
         .collect();
-    let mut candidates: Vec<Candidate> = looks
-        .into_par_iter()
-        .zip(wanted)
-        .zip(excess)
-        .map(|((look, one), excess)| {
-            let promising = excess <= bar || contained.contains(&one.effects);
-            let fit = if promising { session.finish(look, ROUNDS, TOLERANCE) } else { look };
-            let candidate = Candidate::of(session, fit);
-            done();
-            candidate
-        })
-        .collect();
+    let promising = |place: usize| excess[place] <= bar || contained.contains(&wanted[place].effects);
+    let mut fits = looks;
+    // What the best of the looks comes to tells which of the others need not be fitted to the end.
+    let leader = (0..fits.len()).min_by(|&a, &b| excess[a].total_cmp(&excess[b])).unwrap_or(0);
+    fits[leader] = session.finish(fits[leader].clone(), ROUNDS, TOLERANCE, f64::INFINITY);
+    let least = fits[leader].cost;
+    let finish = |(place, fit): (usize, Fit)| {
+        let is_promising = promising(place);
+        let fit = if is_promising && place != leader { session.finish(fit, ROUNDS, TOLERANCE, least) } else { fit };
+        let candidate = Candidate::of(session, fit, is_promising || place == leader);
+        done();
+        candidate
+    };
+    let mut candidates: Vec<Candidate> = fits.into_par_iter().enumerate().map(finish).collect();
     level(session, &mut candidates);
     candidates
 }
 
+/// Looks at models in waves: each wave knows the least cost of those before.
+fn look_at_all(session: &Session, wanted: &[Wanted], mut least: f64) -> Vec<Fit> {
+    let mut looks: Vec<Fit> = Vec::new();
+    for wave in wanted.chunks(WAVE) {
+        let look = |one: &Wanted| session.look(&one.effects, &one.from, &one.starts, (LOOK, least));
+        looks.par_extend(wave.par_iter().map(look));
+        least = looks.iter().map(|look| look.cost).fold(least, f64::min);
+    }
+    looks
+}
+
 /// Of two effects of which one contains the other, as Stribeck friction does Coulomb friction, each is fitted once more from
 /// where the other ended, where that promises more, so that neither wins by the luck of its starting point.
-fn level(session: &Session, candidates: &mut [Candidate]) {
+pub(super) fn level(session: &Session, candidates: &mut [Candidate]) {
     for rich in 0..candidates.len() {
         let Some(simple) = simpler(&candidates[rich].effects) else { continue };
         let Some(simple) = candidates.iter().position(|one| one.effects == simple) else { continue };
@@ -245,9 +327,9 @@ fn level(session: &Session, candidates: &mut [Candidate]) {
 /// The same for the best single effect and those that it is easily mistaken for: where the refit of the file's numbers went
 /// astray, one of them may have found back and the other not.
 fn level_mistaken(session: &Session, candidates: &mut [Candidate]) {
-    let by_error = |a: &usize, b: &usize| candidates[*a].mean_square().total_cmp(&candidates[*b].mean_square());
-    let Some(best) = (0..candidates.len()).min_by(by_error) else { return };
-    for other in 0..candidates.len() {
+    let singles = singles(candidates);
+    let Some(&best) = singles.first() else { return };
+    for other in singles {
         if candidates[best].effects[0].mistaken(candidates[other].effects[0]) {
             fit_from(session, candidates, best, other);
         }
@@ -259,14 +341,15 @@ fn level_mistaken(session: &Session, candidates: &mut [Candidate]) {
 fn fit_from(session: &Session, candidates: &mut [Candidate], from: usize, to: usize) {
     let ratio = candidates[to].mean_square() / candidates[from].mean_square();
     if ratio > 1.002 && candidates[from].mean_square() < NEAR * session.noise {
-        let fit = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE);
-        candidates[to].improve(Candidate::of(session, fit));
+        let least = if candidates[from].in_full { candidates[from].fit.cost } else { f64::INFINITY };
+        let fit = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE, least);
+        candidates[to].improve(Candidate::of(session, fit, true));
     }
 }
 
 /// The same effects with one of them in its contained form (Coulomb friction for Stribeck friction); `None` where none
 /// contains another.
-fn simpler(effects: &[Id]) -> Option<Vec<Id>> {
+pub(super) fn simpler(effects: &[Id]) -> Option<Vec<Id>> {
     let (place, inner) = effects
         .iter()
         .enumerate()
@@ -275,73 +358,4 @@ fn simpler(effects: &[Id]) -> Option<Vec<Id>> {
     simpler[place] = inner;
     simpler.sort();
     Some(simpler)
-}
-
-/// Fits and judges pairs: of single effects each with what a screen about it proposes, and the best few among themselves.
-#[must_use]
-pub fn pairs(session: &Session, singles: &[Candidate], proposed: &[(&Candidate, Vec<Proposal>)]) -> Vec<Candidate> {
-    let mut wanted: Vec<Wanted> = Vec::new();
-    let mut want = |first: &Candidate, second: Id, starts: &[usize], from| {
-        let mut effects = vec![first.effects[0], second];
-        effects.sort();
-        if !first.effects[0].overlaps(second) && !wanted.iter().any(|one| one.effects == effects) {
-            wanted.push(Wanted { effects, from, starts: starts.to_vec() });
-        }
-    };
-    for (first, proposals) in proposed {
-        for second in proposals.iter().take(PROPOSED) {
-            want(first, second.effect, &second.starts, &first.fit);
-        }
-    }
-    let mut order: Vec<&Candidate> = singles.iter().collect();
-    order.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
-    for (i, first) in order.iter().take(PAIRED).enumerate() {
-        for second in &order[i + 1..PAIRED.min(order.len())] {
-            want(first, second.effects[0], &session.all_starts(&second.effects), &first.fit);
-        }
-    }
-    let contained: Vec<Wanted> = wanted
-        .iter()
-        .filter_map(|one| simpler(&one.effects))
-        .filter(|pair| pair[0] != pair[1] && !wanted.iter().any(|one| one.effects == *pair))
-        .filter_map(|effects| {
-            let alone = order.iter().find(|candidates| effects.contains(&candidates.effects[0]))?;
-            let starts = session.all_starts(&effects);
-            Some(Wanted { effects, from: &alone.fit, starts })
-        })
-        .collect();
-    wanted.extend(contained);
-    if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_FURTHER, &|| ()) }
-}
-
-/// Fits and judges the first few of several effects beside the one of a single-effect model.
-#[must_use]
-pub fn beside(session: &Session, single: &Candidate, proposals: &[Proposal]) -> Vec<Candidate> {
-    let with = |second: &Proposal| {
-        let mut effects = vec![single.effects[0], second.effect];
-        effects.sort();
-        Wanted { effects, from: &single.fit, starts: second.starts.clone() }
-    };
-    let wanted: Vec<Wanted> = proposals
-        .iter()
-        .filter(|second| !single.effects[0].overlaps(second.effect))
-        .take(MOST_FURTHER)
-        .map(with)
-        .collect();
-    if wanted.is_empty() { Vec::new() } else { try_all(session, &wanted, MOST_FURTHER, &|| ()) }
-}
-
-/// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended, and what it contains
-/// from there: alone, it may have gone astray on its way there.
-pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) {
-    let pairs = candidates.iter().filter(|one| one.effects.len() == 2 && reaches(session.noise, baseline, one));
-    let Some(pair) = pairs.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else { return };
-    let (effects, fit) = (pair.effects.clone(), pair.fit.clone());
-    for effect in effects {
-        if let Some(single) = candidates.iter_mut().find(|one| one.effects == [effect]) {
-            let fit = session.again(&[effect], &fit, ROUNDS, TOLERANCE);
-            single.improve(Candidate::of(session, fit));
-        }
-    }
-    level(session, candidates);
 }

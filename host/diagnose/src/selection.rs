@@ -12,8 +12,10 @@ const REACHES: f64 = 1.12;
 const PAIR_REACHES: f64 = 1.06;
 /// What explains a misfit removes at least this share of its excess over the floor (mean square), however near the floor is.
 const EXPLAINS: f64 = 0.5;
-/// Up to this factor, a single effect that removes this share of the excess has reached the floor too.
+/// Up to this factor, a model that removes this share of the excess has reached the floor too.
 const TRACE: (f64, f64) = (1.22, 0.975);
+/// The same for a pair: the traces of two laws add up.
+const PAIR_TRACE: (f64, f64) = (1.22, 0.95);
 /// The refitted nominal model has nothing to explain up to this factor.
 const NOTHING: f64 = 1.08;
 /// A cause that does not reach the floor is still named if it removes this share of the held-out error: half of its
@@ -90,10 +92,8 @@ impl Decision {
 pub fn reaches(noise: f64, baseline: &Candidate, model: &Candidate) -> bool {
     let ratio = (model.mean_square() / noise).sqrt();
     let removed = removed(noise, baseline, model);
-    if model.effects.len() > 1 {
-        return ratio <= PAIR_REACHES && removed >= EXPLAINS;
-    }
-    (ratio <= REACHES && removed >= EXPLAINS) || (ratio <= TRACE.0 && removed >= TRACE.1)
+    let (near, trace) = if model.effects.len() > 1 { (PAIR_REACHES, PAIR_TRACE) } else { (REACHES, TRACE) };
+    (ratio <= near && removed >= EXPLAINS) || (ratio <= trace.0 && removed >= trace.1)
 }
 
 /// Whether the refitted model leaves more over the floor (mean square noise, rad²) than is passed over.
@@ -243,7 +243,10 @@ impl Selection<'_> {
             .iter()
             .copied()
             .filter(|&i| i == best || !self.beats_within(&self.candidates[best], &self.candidates[i], RIVAL_TAIL))
+            .chain(models.iter().copied().filter(|&i| verdict == Verdict::Explained && self.as_near(best, i)))
             .collect();
+        class.sort_unstable();
+        class.dedup();
         // What contains a simpler one of the class is no rival, and not named even where it is the best by a trace.
         class.sort_by_key(|&i| (self.candidates[i].fit.free.len(), (1e6 * self.ratio(&self.candidates[i])) as u64));
         let contains_simpler = |i: usize| {
@@ -274,6 +277,13 @@ impl Selection<'_> {
         }
         let verdict = if class.len() > 1 && verdict == Verdict::Explained { Verdict::Ambiguous } else { verdict };
         Decision { verdict, class }
+    }
+
+    /// Whether another model is behind the best by no more than that one itself leaves over the floor: a law that misses by as much
+    /// is not so right that the other must be wrong, however sure the difference is.
+    fn as_near(&self, best: usize, other: usize) -> bool {
+        let [best, other] = [best, other].map(|i| self.candidates[i].mean_square());
+        other - best <= best - self.noise
     }
 
     /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share, with the rivals that
@@ -347,7 +357,7 @@ mod tests {
             covariance: DMatrix::zeros(0, 0),
         };
         let evaluation = Evaluation { rolled: Vec::new(), errors: vec![(mean_square, 1.0); 100], starts: Vec::new() };
-        Candidate { effects, fit, evaluation, sized: true }
+        Candidate { effects, fit, evaluation, sized: true, in_full: true }
     }
 
     fn decide(baseline: f64, candidates: &[Candidate]) -> Decision {
@@ -381,6 +391,20 @@ mod tests {
         let decision = decide(9.0, &candidates);
         let class: Vec<&str> = decision.class.iter().map(|&i| candidates[i].effects[0].name()).collect();
         assert_eq!(class, ["coulomb_friction", "sensor_delay"]);
+    }
+
+    #[test]
+    fn a_law_that_leaves_a_trace_does_not_rule_out_what_leaves_two() {
+        let class = |second: f64| decide(9.0, &[model(&["backlash"], 1.1), model(&["shaft_compliance"], second)]).class;
+        assert_eq!(class(1.19).len(), 2);
+        assert_eq!(class(1.22).len(), 1);
+    }
+
+    #[test]
+    fn a_pair_may_leave_a_trace_of_what_it_removes() {
+        let verdict = |left: f64| decide(9.0, &[model(&["driver_drop", "gravity_tilt"], left)]).verdict;
+        assert_eq!(verdict(1.3), Verdict::Explained);
+        assert_eq!(verdict(1.42), Verdict::Unexplained);
     }
 
     #[test]

@@ -42,7 +42,7 @@ pub struct Session {
     /// First guesses of the held-out starts.
     guesses: Vec<Starts>,
     fit_guess: Starts,
-    /// A third of the fit rollouts, in blocks, for a first look.
+    /// A third of the fit rollouts or less, in blocks, for a first look.
     coarse: Vec<Track>,
     /// Which segments those are.
     coarse_segments: Vec<Vec<usize>>,
@@ -60,8 +60,12 @@ struct ArcRead {
 
 /// A look from a further starting point is given up where its cost stays above this many times the best one's.
 const FAR: f64 = 4.0;
-/// Rollouts of a block of the coarse set, and how many blocks there are to each that is taken.
-const COARSE: (usize, usize) = (15, 3);
+/// A fit whose cost will stay above this many times another one's is beaten by it.
+const BEATEN: f64 = 1.1;
+/// Rollouts of a block of the coarse set, and how many blocks there are at least to each that is taken.
+const COARSE: (usize, usize) = (5, 3);
+/// Readings that are enough for a look.
+const ENOUGH_READINGS: f64 = 8000.0;
 
 /// How a model does on the held-out runs.
 #[derive(Clone, Debug)]
@@ -266,9 +270,11 @@ impl Session {
         Data { tracks: &self.fit, sigma: self.fit_noise.sqrt(), sigma_current: self.sigma_current }
     }
 
-    /// Sets a third of the fit rollouts apart.
+    /// Sets a third of the fit rollouts apart, or fewer where those are enough.
     fn thin(&mut self) {
-        let (block, stride) = COARSE;
+        let readings: f64 = self.fit.iter().map(Track::readings).sum();
+        let (block, least) = COARSE;
+        let stride = least.max((readings / ENOUGH_READINGS) as usize);
         self.coarse.clear();
         self.coarse_segments.clear();
         for (index, track) in self.fit.iter().enumerate() {
@@ -290,8 +296,15 @@ impl Session {
     /// A first look at the file's model with further effects: a few rounds on a third of the rollouts, beginning where
     /// another fit ended, from some of the effects' starting points. The starts of the outcome are those of `from`.
     #[must_use]
-    pub fn look(&self, effects: &[Id], from: &Fit, starts: &[usize], rounds: usize) -> Fit {
-        self.best_of_starts(effects, from, starts, |begun, far| self.look_on(begun, from, rounds, far))
+    pub fn look(&self, effects: &[Id], from: &Fit, starts: &[usize], (rounds, least): (usize, f64)) -> Fit {
+        self.best_of_starts(effects, from, starts, |begun, best| self.look_on(begun, from, rounds, best.min(least)))
+    }
+
+    /// The cost of a model on the rollouts of a first look.
+    #[must_use]
+    pub fn coarse_cost(&self, fit: &Fit) -> f64 {
+        let data = Data { tracks: &self.coarse, ..self.data() };
+        fit::cost_of(&self.model, &data, &Fit { starts: self.coarse_starts(fit), ..fit.clone() })
     }
 
     /// All starting points of effects.
@@ -303,21 +316,27 @@ impl Session {
     /// A first look that begins at the file's own numbers: they stay there until those of the effects suit them. Without
     /// the effect they may have been refitted to where no step leads back from.
     #[must_use]
-    pub fn look_from_file(&self, effects: &[Id], rounds: usize) -> Fit {
+    pub fn look_from_file(&self, effects: &[Id], starts: &[usize], rounds: usize) -> Fit {
         let from = &self.unfitted;
-        self.best_of_starts(effects, from, &self.all_starts(effects), |begun, far| {
-            self.look_on(self.suited(begun, from, rounds, f64::INFINITY), from, rounds, far)
+        self.best_of_starts(effects, from, starts, |begun, least| {
+            self.look_on(self.suited(begun, from, rounds, f64::INFINITY), from, rounds, least)
         })
     }
 
     /// The best of what comes of a fit from each starting point of effects, with the other numbers from another fit. A
-    /// fit is given up where its cost exceeds [`FAR`] times the least so far.
+    /// fit is told the least cost so far.
     fn best_of_starts(&self, effects: &[Id], from: &Fit, starts: &[usize], fit: impl Fn(Fit, f64) -> Fit) -> Fit {
         let mut best: Option<Fit> = None;
+        let mut tried: Vec<Vec<f64>> = Vec::new();
         for &start in starts {
             let mut begun = Fit::begin(&self.model, effects, start, self.coarse_starts(from));
             begun.take_over(from);
-            let one = fit(begun, best.as_ref().map_or(f64::INFINITY, |best| FAR * best.cost));
+            // What the other fit has of the effects is the same from every starting point.
+            if tried.contains(&begun.coordinates) {
+                continue;
+            }
+            tried.push(begun.coordinates.clone());
+            let one = fit(begun, best.as_ref().map_or(f64::INFINITY, |best| best.cost));
             if best.as_ref().is_none_or(|best| one.cost < best.cost) {
                 best = Some(one);
             }
@@ -327,20 +346,22 @@ impl Session {
 
     /// A fit that has begun, with those numbers of added effects that suit the ones of another fit, on a third of the
     /// rollouts.
-    fn suited(&self, mut begun: Fit, from: &Fit, rounds: usize, far: f64) -> Fit {
+    fn suited(&self, mut begun: Fit, from: &Fit, rounds: usize, least: f64) -> Fit {
         let mut added = begun.clone();
         added.hold(from);
         if added.free.iter().any(|one| !one.held()) {
-            added = self.look_on(added, from, rounds, far);
+            added = self.look_on(added, from, rounds, least);
             begun.take_over(&added);
             begun.cost = added.cost;
         }
         begun
     }
 
-    fn look_on(&self, begun: Fit, from: &Fit, rounds: usize, far: f64) -> Fit {
+    /// A look, given up where it will stay far from the least cost that others have reached.
+    fn look_on(&self, begun: Fit, from: &Fit, rounds: usize, least: f64) -> Fit {
         let data = Data { tracks: &self.coarse, ..self.data() };
-        let mut fit = fit::fit(&self.model, &data, begun, Until { rounds, tolerance: 1e-3, far });
+        let until = Until { rounds, tolerance: 1e-3, far: FAR * least, beaten: BEATEN * least };
+        let mut fit = fit::fit(&self.model, &data, begun, until);
         fit.starts.clone_from(&from.starts);
         fit
     }
@@ -351,20 +372,22 @@ impl Session {
     }
 
     /// Fits the file's model with further effects to all rollouts, with the numbers that it shares with another fit from
-    /// there; those stay until the others suit them.
+    /// there; those stay until the others suit them. Of `least` see [`Self::finish`].
     #[must_use]
-    pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64) -> Fit {
+    pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64, least: f64) -> Fit {
         let starts = self.all_starts(effects);
-        let mut fit = self.best_of_starts(effects, from, &starts, |begun, far| self.suited(begun, from, rounds, far));
+        let mut fit =
+            self.best_of_starts(effects, from, &starts, |begun, least| self.suited(begun, from, rounds, least));
         fit.starts.clone_from(&from.starts);
-        self.finish(fit, rounds, tolerance)
+        self.finish(fit, rounds, tolerance, least)
     }
 
-    /// Fits to all rollouts, beginning at a fit's numbers.
+    /// Fits to all rollouts, beginning at a fit's numbers; not to the end where it is beaten by the least cost that others have
+    /// reached.
     #[must_use]
-    pub fn finish(&self, mut fit: Fit, rounds: usize, tolerance: f64) -> Fit {
+    pub fn finish(&self, mut fit: Fit, rounds: usize, tolerance: f64, least: f64) -> Fit {
         let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
-        fit::fit(&self.model, &self.data(), fit, Until::settled(rounds, tolerance))
+        fit::fit(&self.model, &self.data(), fit, Until::settled(rounds, tolerance).beaten(BEATEN * least))
     }
 
     /// Readings that the coarse set has, about: the cost that noise alone would leave there.

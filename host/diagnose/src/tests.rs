@@ -193,6 +193,84 @@ fn gravity_is_found() {
     assert_found(&changed(|rig| rig.shaft.laws.gravity_tilt = Some(law)), "gravity_tilt", "direction_deg", 57.3);
 }
 
+/// A curve's value at a place on its coordinate.
+fn at(term: &MissingTerm, place: f64) -> TermPoint {
+    let off = |point: &&TermPoint| (point.at - place).abs();
+    *term.points.iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap()
+}
+
+#[test]
+fn a_torque_over_the_angle_is_drawn_as_it_is() {
+    let law = GravityTilt { torque_nm: 1e-4, direction_rad: 1.0 };
+    let diagnosis = diagnosed(&changed(|rig| rig.shaft.laws.gravity_tilt = Some(law)), 3);
+    let term = &diagnosis.missing_terms[0];
+    assert_eq!((term.coordinate.as_str(), term.kind), ("angle_rad", TermKind::TorqueNm));
+    assert!(term.promised > 0.9 && term.chance < 0.005);
+    for point in &term.points {
+        let truth = -1e-4 * (point.at - 1.0).sin();
+        assert!((point.value - truth).abs() < 3e-5, "{} at {}, truth {truth}", point.value, point.at);
+        assert!(point.low < point.value && point.high - point.low < 3e-5, "{point:?}");
+    }
+}
+
+#[test]
+fn a_friction_is_a_step_of_the_curve_over_the_speed() {
+    let diagnosis = diagnosed(&changed(|rig| rig.shaft.laws = coulomb(2e-4)), 3);
+    let term = diagnosis.missing_terms.iter().find(|term| term.coordinate == "speed_rad_per_s").unwrap();
+    // What grows with the speed may be the fit's own numbers'; between slow motions either way there is little of that.
+    let step = at(term, 15.0).value - at(term, -15.0).value;
+    assert!((0.6..1.4).contains(&(step / -4e-4)), "{step}");
+}
+
+#[test]
+fn what_is_in_volts_is_known_whatever_the_scale_of_torques() {
+    let rig = changed(|rig| rig.shaft.laws = coulomb(2e-4));
+    let diagnosis = diagnosed(&rig, 3);
+    let Shaft { resistance_ohm, torque_constant, inertia_kg_m2, viscous, .. } = rig.shaft;
+    let per_torque = resistance_ohm / torque_constant;
+    let back_emf = torque_constant + viscous * per_torque;
+    let truths = [
+        ("motor.back_emf_v_s_per_rad", back_emf),
+        ("motor.inertia_v_s2_per_rad", inertia_kg_m2 * per_torque),
+        ("motor.time_constant_s", inertia_kg_m2 * per_torque / back_emf),
+        ("coulomb_friction.torque_v", 2e-4 * per_torque),
+    ];
+    for (key, truth) in truths {
+        let [value, low, high] = diagnosis.scale_free[key];
+        assert!((value / truth - 1.0).abs() < 0.02, "{key}: {value}, truth {truth}");
+        // Three standard deviations.
+        assert!(
+            (value - truth).abs() < 1.5 * (high - value) && high - low < 0.05 * truth,
+            "{key}: {low} … {high}, truth {truth}"
+        );
+    }
+    // The torque itself is not known nearly as well.
+    let [value, low, high] = diagnosis.causes[0].parameters["torque_nm"];
+    assert!(high - low > 0.1 * value, "{low} … {high}");
+}
+
+#[test]
+fn an_unknown_scale_of_torques_hides_no_effect() {
+    let mut robot = bench();
+    for quantity in
+        [&mut robot.motor.resistance_ohm, &mut robot.motor.rotor_inertia_kg_m2, &mut robot.load.inertia_kg_m2]
+    {
+        (quantity.low, quantity.high) = (quantity.value / 4.0, quantity.value * 4.0);
+    }
+    let runs = changed(|rig| rig.shaft.laws = coulomb(2e-4)).runs(4);
+    let diagnosis = diagnose(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    let names: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    assert_eq!((diagnosis.verdict, names), (Verdict::Explained, vec!["coulomb_friction"]));
+    // By a factor of four either way the file does not know the scale: the interval is one of ratios.
+    let [value, low, high] = diagnosis.causes[0].parameters["torque_nm"];
+    assert!(low > 0.0 && high > 1.1 * value && low < 2e-4 && high > 2e-4, "{value}: {low} … {high}");
+}
+
+#[test]
+fn where_nothing_is_missing_no_curve_is_drawn() {
+    assert_eq!(diagnosed(&Rig::off(), 3).missing_terms, []);
+}
+
 #[test]
 fn driver_drop_is_found_and_its_slope_is_a_resistance() {
     let law = DriverDrop { drop_v: 0.15, slope_ohm: 1.0 };
@@ -233,6 +311,12 @@ fn a_pair_is_found_together() {
     let diagnosis = diagnosed(&rig, 5);
     let names: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.effect.as_str()).collect();
     assert_eq!((diagnosis.verdict, names), (Verdict::Explained, vec!["coulomb_friction", "sensor_nonlinearity"]));
+    // No model is tried twice: it would be its own rival.
+    let mut tried: Vec<&Vec<String>> = diagnosis.detail.candidates.iter().map(|one| &one.effects).collect();
+    let all = tried.len();
+    tried.sort();
+    tried.dedup();
+    assert_eq!(tried.len(), all);
 }
 
 #[test]
@@ -250,6 +334,8 @@ fn the_json_has_the_keys_of_the_format_and_no_more() {
         "after",
         "gain",
         "left_over",
+        "missing_terms",
+        "scale_free",
         "next_experiment",
     ]
     .to_vec();

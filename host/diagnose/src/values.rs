@@ -3,19 +3,49 @@
 use std::collections::BTreeMap;
 
 use common::wrap;
-use effects::Id;
+use effects::{Id, Scale};
 use robot_file::robot::{Quantity, Robot};
 
 use super::fit::{Fit, WIDE};
 use super::nominal::FileModel;
-use super::numbers::{Free, Number};
+use super::numbers::Number;
 use super::screen::{Direction, Screen, Screened};
 use super::verdict::{FittedParameter, Limit};
 
-/// Value and 95 % interval in SI and radians, inside the bounds.
-fn range(free: &Free, coordinate: f64, deviation: f64) -> [f64; 3] {
-    let at = |offset: f64| free.number(coordinate + offset * WIDE * deviation.min(1e3)).clamp(free.low, free.high);
-    [free.number(coordinate), at(-1.0), at(1.0)]
+/// Value and 95 % interval of a number of a fit in SI and radians, inside the bounds.
+fn range(fit: &Fit, i: usize) -> [f64; 3] {
+    let (free, at) = (&fit.free[i], fit.coordinates[i]);
+    let slopes: Vec<(usize, f64)> = vec![(i, 1.0)];
+    let [low, high] = match free.scale {
+        Scale::Linear(_) if free.follows_scale != 0.0 => in_ratio(fit, at, &slopes),
+        _ => None,
+    }
+    .unwrap_or_else(|| [-1.0, 1.0].map(|side| at + side * WIDE * fit.deviation(i).min(1e3)));
+    let inside = |coordinate: f64| free.number(coordinate).clamp(free.low, free.high);
+    [free.number(at), inside(low), inside(high)]
+}
+
+/// The 95 % interval of a value that changes so with coordinates of a fit, where it is known but for the scale of torques: in ratio,
+/// as the resistance is whose range that scale hangs on.
+fn in_ratio(fit: &Fit, value: f64, slopes: &[(usize, f64)]) -> Option<[f64; 2]> {
+    let resistance = fit.free.iter().position(|one| one.number == Number::Resistance)?;
+    let with_resistance: f64 = slopes.iter().map(|(i, slope)| slope * fit.covariance[(*i, resistance)]).sum();
+    let shared = with_resistance.powi(2) / fit.covariance[(resistance, resistance)];
+    let variance = variance(fit, slopes);
+    let at_scale = (variance - shared).max(0.0);
+    if !(shared > at_scale && value.powi(2) > WIDE.powi(2) * at_scale) {
+        return None;
+    }
+    let factor = (WIDE * variance.sqrt() / value.abs()).exp();
+    Some(if value > 0.0 { [value / factor, value * factor] } else { [value * factor, value / factor] })
+}
+
+/// Of a value that changes so with coordinates of a fit.
+fn variance(fit: &Fit, slopes: &[(usize, f64)]) -> f64 {
+    let with = |&(i, at_i): &(usize, f64)| -> f64 {
+        slopes.iter().map(|&(j, at_j)| at_i * fit.covariance[(i, j)] * at_j).sum()
+    };
+    slopes.iter().map(with).sum::<f64>().max(0.0)
 }
 
 /// Every fitted number of a model, in the file's keys and units.
@@ -23,7 +53,7 @@ fn range(free: &Free, coordinate: f64, deviation: f64) -> [f64; 3] {
 pub fn fitted(robot: &Robot, model: &FileModel, fit: &Fit) -> Vec<FittedParameter> {
     let mut out = Vec::new();
     for (i, free) in fit.free.iter().enumerate() {
-        out.extend(motor(robot, free.number, range(free, fit.coordinates[i], fit.deviation(i))));
+        out.extend(motor(robot, free.number, range(fit, i)));
     }
     for (id, values) in model.values(&fit.effects, |number| fit.value(number)) {
         out.extend(of_table(robot, model, fit, id, &values));
@@ -57,20 +87,19 @@ fn interval(model: &FileModel, fit: &Fit, id: Id, place: usize, value: f64) -> O
     let moving: Vec<(usize, f64)> = own.into_iter().zip(slopes).filter(|(_, slope)| *slope != 0.0).collect();
     match moving.as_slice() {
         [] => None,
-        &[(i, _)] if fit.value(fit.free[i].number) == Some(value) => {
-            Some(range(&fit.free[i], fit.coordinates[i], fit.deviation(i)))
-        }
+        &[(i, _)] if fit.value(fit.free[i].number) == Some(value) => Some(range(fit, i)),
         several => {
-            let mut variance = 0.0;
-            for &(i, at_i) in several {
-                for &(j, at_j) in several {
-                    variance += at_i * fit.covariance[(i, j)] * at_j;
-                }
-            }
             let key = &id.spec().parameters[place];
+            let follows = several.iter().any(|(i, _)| fit.free[*i].follows_scale != 0.0);
+            if follows
+                && !key.in_degrees()
+                && let Some([low, high]) = in_ratio(fit, value, several)
+            {
+                return Some([value, low, high]);
+            }
             // Beyond half a turn either way an angle is unknown.
             let most = if key.in_degrees() { 1.6 } else { f64::INFINITY };
-            let half = WIDE * variance.max(0.0).sqrt().min(most);
+            let half = WIDE * variance(fit, several).sqrt().min(most);
             let least = if key.in_degrees() { f64::NEG_INFINITY } else { key.to_si(key.low) };
             Some([value, (value - half).max(least), value + half])
         }
@@ -163,7 +192,7 @@ fn motor(robot: &Robot, number: Number, value: [f64; 3]) -> Vec<FittedParameter>
             }
             both
         }
-        Number::OfEffect(_) | Number::OfConverter(_) => Vec::new(),
+        Number::WindingTime | Number::OfEffect(_) | Number::OfConverter(_) => Vec::new(),
     }
 }
 

@@ -69,6 +69,50 @@ pub struct LeftOver {
     pub share: f64,
 }
 
+/// What a [`MissingTerm`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TermKind {
+    /// A torque on the shaft, N·m, positive with the angle.
+    TorqueNm,
+    /// A torque on a shaft that turns forwards, N·m, which turns over with the direction of motion.
+    TorqueAlongMotionNm,
+    /// A torque at the highest voltage of the runs, N·m, in proportion to the voltage.
+    TorqueAlongVoltageNm,
+    /// An error of the angle reading, rad.
+    ReadingRad,
+}
+
+/// What the file's model lacks, as a curve over one coordinate that nobody has chosen a law for: of the refitted model linearised
+/// about the fit runs. What its refitted numbers could do as well is not in it: of a friction the part that grows with speed, for
+/// instance. Each coordinate is looked at alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MissingTerm {
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v` or `time_s`.
+    pub coordinate: String,
+    /// What it is, and in what unit.
+    pub kind: TermKind,
+    /// Share of the sum of squared errors on the fit runs that the curve promises to take away, 0 … 1.
+    pub promised: f64,
+    /// Chance that noise promises as much on any coordinate.
+    pub chance: f64,
+    /// The curve over the range that the held-out runs cover.
+    pub points: Vec<TermPoint>,
+}
+
+/// A point of a [`MissingTerm`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TermPoint {
+    /// Place on the coordinate.
+    pub at: f64,
+    /// The term.
+    pub value: f64,
+    /// Lower end of its 95 % interval, of this point alone.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
 /// How large an effect may be that was not found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
@@ -103,6 +147,13 @@ pub struct Diagnosis {
     pub gain: Gain,
     /// Where the rest lives; `None` when nothing is left.
     pub left_over: Option<LeftOver>,
+    /// What the file's model lacks as a curve over each coordinate, where that is more than an accident; the one that promises
+    /// most first. Empty for the verdict `nothing`.
+    pub missing_terms: Vec<MissingTerm>,
+    /// Numbers of the extended model that do not hang on the scale of torques, which angle and drive alone do not show, by key:
+    /// `[value, low, high]` in the unit that the key ends with, 95 %. `motor.back_emf_v_s_per_rad` is `K + b·R/K`,
+    /// `motor.inertia_v_s2_per_rad` is `J·R/K`, `motor.time_constant_s` their ratio; an effect's torque is times `R/K`.
+    pub scale_free: BTreeMap<String, [f64; 3]>,
     /// How large each effect that is not named may still be.
     pub limits: Vec<Limit>,
     /// The experiment that would decide, when these data cannot.

@@ -2,11 +2,12 @@
 //!
 //! Each model in turn is taken for the truth, and the others are fitted to what it predicts, their numbers and the starts of
 //! their rollouts free: what is left of them then, in standard deviations of the reading, is what the recording can tell. The
-//! drive is chosen for the pair that it tells apart worst: T-optimality (A. C. Atkinson, V. V. Fedorov, "The design of
-//! experiments for discriminating between two rival models", Biometrika 62, 1975; for several models, ibid. 289–303). It is
-//! searched for among regular and random drives, and by exchange of pieces in the best of them (R. K. Meyer, C. J. Nachtsheim,
-//! "The coordinate-exchange algorithm", Technometrics 37, 1995). A drive in which a shaft stands still although it is driven,
-//! or turns against a hard drive for long, is none: the robot's supervisor ends it.
+//! drive is chosen by T-optimality (A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two
+//! rival models", Biometrika 62, 1975; the sum over several models, ibid. 289–303), with each pair's misfit counted as the
+//! share of it that is not noise: a pair that is far apart already gains little more, and one that no drive can tell apart
+//! takes nothing from the others. It is searched for among regular and random drives, and by exchange of pieces in the best of
+//! them (R. K. Meyer, C. J. Nachtsheim, "The coordinate-exchange algorithm", Technometrics 37, 1995). A drive in which a shaft
+//! stands still although it is driven, or turns against a hard drive for long, is none: the robot's supervisor ends it.
 
 mod rival;
 mod script;
@@ -56,15 +57,16 @@ pub struct Separation {
 }
 
 impl Experiment {
-    /// What it tells of the pair that it tells apart worst.
+    /// What it tells, from 0 to 1: the share of the misfit that is not noise, in the mean over the pairs.
     #[must_use]
-    pub fn worst(&self) -> f64 {
-        worst(&self.expected)
+    pub fn told(&self) -> f64 {
+        told(&self.expected)
     }
 }
 
-fn worst(separations: &[Separation]) -> f64 {
-    separations.iter().map(|one| one.ratio).fold(f64::INFINITY, f64::min)
+fn told(separations: &[Separation]) -> f64 {
+    let sum: f64 = separations.iter().map(|one| 1.0 - one.ratio.powi(-2)).sum();
+    sum / separations.len() as f64
 }
 
 /// Drives of a length (s) that tell models apart, given as robot files, the best one first. Empty where no drive turns every
@@ -95,7 +97,7 @@ pub fn design_experiment(models: &[Robot], seconds: f64, options: &Options) -> R
         options.tell("judging the best", 0.9);
         let mut found: Vec<Experiment> =
             judged.into_iter().take(IMPROVED.0).filter_map(|(script, _)| experiment(&rivals, script)).collect();
-        found.sort_by(|a, b| b.worst().total_cmp(&a.worst()));
+        found.sort_by(|a, b| b.told().total_cmp(&a.told()));
         options.tell("done", 1.0);
         Ok(found)
     })
@@ -113,13 +115,13 @@ fn duties(rivals: &[Rival]) -> Option<[f64; 2]> {
     turning.fold(None, |found, duty| Some([found.map_or(duty, |[least, _]| least), duty]))
 }
 
-/// Drives that no model's supervisor ends, with what they tell of the worst pair, the best one first.
+/// Drives that no model's supervisor ends, with what they tell, the best one first.
 fn best_first(rivals: &[Rival], scripts: Vec<Script>) -> Vec<(Script, f64)> {
     let mut judged: Vec<(Script, f64)> = scripts
         .into_par_iter()
         .filter_map(|script| {
-            let worst = worst(&separations(rivals, &script, ROUNDS.0)?);
-            Some((script, worst))
+            let told = told(&separations(rivals, &script, ROUNDS.0)?);
+            Some((script, told))
         })
         .collect();
     judged.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use diagnose::{Diagnosis, MisfitCurve, RolloutTrace};
+use diagnose::{Diagnosis, MisfitCurve, MissingTerm, RolloutTrace};
 
 use super::svg::{Chart, range};
-use super::words::{coordinate, degrees, three};
+use super::words::{coordinate, degrees, term_kind, three};
 
 const SIZE: (f64, f64) = (380.0, 210.0);
 
@@ -170,5 +170,31 @@ pub(super) fn misfit(index: usize, curve: &MisfitCurve, diagnosis: &Diagnosis) -
             three(x.1),
             degrees(diagnosis.noise_floor)
         ),
+    )
+}
+
+/// A missing term over its coordinate, its interval shaded.
+#[must_use]
+pub(super) fn missing_term(index: usize, term: &MissingTerm) -> String {
+    let (label, unit, factor) = coordinate(&term.coordinate);
+    let (kind, kind_unit, scale) = term_kind(term.kind);
+    let finite = |point: &&diagnose::TermPoint| point.low.is_finite() && point.high.is_finite();
+    let points: Vec<_> = term.points.iter().filter(finite).collect();
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return String::new() };
+    let x = (first.at * factor, last.at * factor);
+    let ends = points.iter().flat_map(|point| [point.low * scale, point.high * scale]);
+    let mut chart = Chart::new(&format!("term{index}"), SIZE, x, range(ends.chain([0.0])).unwrap_or((-1.0, 1.0)));
+    for pair in points.windows(2) {
+        let middle = |value: fn(&diagnose::TermPoint) -> f64| 0.5 * scale * (value(pair[0]) + value(pair[1]));
+        let ends = (middle(|point| point.low), middle(|point| point.high));
+        chart.block((pair[0].at * factor, pair[1].at * factor), ends, "before fill faint");
+    }
+    chart.level(0.0, "floor");
+    chart.line(points.iter().map(|point| (point.at * factor, point.value * scale)), "before");
+    chart.finish(
+        &format!("over {label}"),
+        &format!("{label}, {unit}"),
+        &format!("{kind}, {kind_unit}"),
+        &format!("Missing {kind} over {label} from {} to {} {unit}", three(x.0), three(x.1)),
     )
 }

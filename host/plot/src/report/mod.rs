@@ -9,7 +9,7 @@ mod words;
 use std::fmt::Write as _;
 
 use common::quantile;
-use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, RunUse, Verdict};
+use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, MissingTerm, RunUse, Verdict};
 use svg::{COLOURS, STYLE, escape, number};
 use words::{degrees, percent, sentence, three, times};
 
@@ -47,7 +47,9 @@ pub fn html(diagnosis: &Diagnosis, about: &About) -> String {
     page.push_str(&cards(diagnosis));
     page.push_str(&rollouts(diagnosis));
     page.push_str(&where_it_lives(diagnosis));
+    page.push_str(&missing_terms(diagnosis));
     page.push_str(&evidence(diagnosis));
+    page.push_str(&scale_free(diagnosis));
     page.push_str(&parameters(diagnosis));
     page.push_str(&what_is_left(diagnosis));
     page.push_str(&limits(diagnosis));
@@ -145,6 +147,40 @@ fn where_it_lives(diagnosis: &Diagnosis) -> String {
     )
 }
 
+/// What is missing as curves that nobody has chosen a law for.
+fn missing_terms(diagnosis: &Diagnosis) -> String {
+    let figure = |(index, term): (usize, &MissingTerm)| {
+        let chart = charts::missing_term(index, term);
+        let share = percent(100.0 * term.promised.min(1.0));
+        format!(
+            "<figure>{chart}<figcaption>Alone it could take away {share} % of the squared error.</figcaption></figure>"
+        )
+    };
+    if diagnosis.missing_terms.is_empty() {
+        return String::new();
+    }
+    let curves: String = diagnosis.missing_terms.iter().enumerate().map(figure).collect();
+    format!(
+        "<section><h2>What the file’s model lacks, without a law</h2><p class=\"soft\">Each curve is the torque (or error of the \
+         reading) that the fit runs ask for over one coordinate, by one linear step from the refitted model: the shape is more to \
+         be trusted than the size. What its numbers could do as well is not in it. Shaded: 95 % of each point. An effect over one \
+         coordinate may show over others, too; the curve that takes away most comes first.{}</p>\
+         <div class=\"charts\">{curves}</div></section>",
+        volts_per_torque(diagnosis)
+    )
+}
+
+/// How many volts a torque takes, where the resistance and the torque constant were fitted.
+fn volts_per_torque(diagnosis: &Diagnosis) -> String {
+    let fitted = |path: &str| diagnosis.detail.nominal.iter().find(|one| one.path == path).map(|one| one.value);
+    match (fitted("motor.resistance_ohm"), fitted("motor.torque_constant_nm_per_a")) {
+        (Some(resistance), Some(constant)) => {
+            format!(" 1 mN·m takes {} V at the motor.", three(1e-3 * resistance / constant))
+        }
+        _ => String::new(),
+    }
+}
+
 fn evidence(diagnosis: &Diagnosis) -> String {
     let all = &diagnosis.detail.candidates;
     if all.is_empty() {
@@ -231,6 +267,29 @@ fn parameters(diagnosis: &Diagnosis) -> String {
         "<section><h2>{what}</h2><div class=\"scroll\"><table><thead><tr><th>key in the robot file</th>\
          <th class=\"n\">file</th><th class=\"n\">fitted</th><th class=\"n\">95 % interval</th></tr></thead>\
          <tbody>{rows}</tbody></table></div></section>"
+    )
+}
+
+/// What the data know whatever the scale of torques is.
+fn scale_free(diagnosis: &Diagnosis) -> String {
+    if diagnosis.scale_free.is_empty() {
+        return String::new();
+    }
+    let row = |(key, [value, low, high]): (&String, &[f64; 3])| {
+        format!(
+            "<tr><td><code>{}</code></td><td class=\"n\"><b>{}</b></td><td class=\"n\">{} … {}</td></tr>",
+            escape(key),
+            three(*value),
+            three(*low),
+            three(*high)
+        )
+    };
+    let rows: String = diagnosis.scale_free.iter().map(row).collect();
+    format!(
+        "<section><h2>Numbers in volts</h2><p class=\"soft\">Angle and drive alone show the motor’s equation in volts: J·R/K, \
+         K + b·R/K and every torque times R/K. These hold as well as the data are good; the scale of the numbers below them hangs \
+         on what the file says of R, K and J, unless a current was measured.</p><div class=\"scroll\"><table><thead><tr><th>key</th>\
+         <th class=\"n\">fitted</th><th class=\"n\">95 % interval</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
     )
 }
 

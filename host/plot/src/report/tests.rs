@@ -1,7 +1,9 @@
 //! The page holds the numbers, stands alone, and cannot be broken by a name.
 
 use super::*;
-use diagnose::{Cause, Detail, Gain, LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrace, TraceSample};
+use diagnose::{
+    Cause, Detail, Gain, LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrace, TermKind, TermPoint, TraceSample,
+};
 
 const FLOOR: f64 = 2.1e-3;
 
@@ -80,6 +82,16 @@ fn trace(why: &str, before: f64, after: f64, seed: u64) -> RolloutTrace {
 }
 
 /// A diagnosis as the numbers of a real one are.
+fn missing_term() -> MissingTerm {
+    let point = |i: u32| {
+        let at = 0.1 * f64::from(i) - 4.0;
+        let value = 2e-4 * at.sin();
+        TermPoint { at, value, low: value - 2e-5, high: value + 2e-5 }
+    };
+    let points = (0..81).map(point).collect();
+    MissingTerm { coordinate: "angle_rad".into(), kind: TermKind::TorqueNm, promised: 0.71, chance: 3e-4, points }
+}
+
 pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
     let (before, after) = match verdict {
         Verdict::Nothing => (1.01, 1.01),
@@ -185,6 +197,12 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
             to: 1.2,
             share: 0.64,
         }),
+        missing_terms: if verdict == Verdict::Nothing { Vec::new() } else { vec![missing_term()] },
+        scale_free: [
+            ("motor.inertia_v_s2_per_rad".to_owned(), [1.144e-3, 1.141e-3, 1.147e-3]),
+            ("stribeck_friction.torque_v".to_owned(), [0.354, 0.341, 0.367]),
+        ]
+        .into(),
         next_experiment: match verdict {
             Verdict::Ambiguous => Some("accelerate hard and coast freely through the same speeds: only load friction differs between the two".into()),
             Verdict::Unexplained => Some("turn slowly at several constant speeds, both ways: what depends on the angle repeats every turn".into()),
@@ -246,6 +264,8 @@ fn every_verdict_is_one_well_formed_file_with_its_numbers() {
         let mut wanted = vec![degrees(diagnosis.noise_floor), degrees(diagnosis.before), degrees(diagnosis.after)];
         wanted.push(words::headline(&diagnosis).replace(" %", "\u{a0}%"));
         wanted.extend(diagnosis.next_experiment.clone());
+        wanted.extend(["motor.inertia_v_s2_per_rad", "0.341 … 0.367"].map(str::to_owned));
+        wanted.extend((!diagnosis.missing_terms.is_empty()).then(|| "torque, mN·m".to_owned()));
         if !diagnosis.causes.is_empty() {
             wanted.push(format!("{} %", percent(diagnosis.gain.percent_of_excess_removed)));
             wanted.push(format!("{} to {} %", percent(diagnosis.gain.low), percent(diagnosis.gain.high)));
@@ -255,7 +275,7 @@ fn every_verdict_is_one_well_formed_file_with_its_numbers() {
         }
         assert_eq!(
             document.descendants().filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "svg"))).count(),
-            12
+            12 + diagnosis.missing_terms.len()
         );
     }
 }

@@ -1,6 +1,6 @@
 //! Names, units and sentences for people.
 
-use diagnose::{Diagnosis, LeftOver, Verdict};
+use diagnose::{Diagnosis, LeftOver, TermKind, Verdict};
 use effects::Id;
 
 use super::svg::number;
@@ -125,6 +125,16 @@ pub(super) fn coordinate(name: &str) -> (&'static str, &'static str, f64) {
         "time_s" => ("time in the run", "s", 1.0),
         "time_in_rollout_s" => ("time since the rollout began", "ms", 1e3),
         _ => ("", "", 1.0),
+    }
+}
+
+/// What a missing term is, its unit, and how many of them the exchange format's unit is.
+pub(super) fn term_kind(kind: TermKind) -> (&'static str, &'static str, f64) {
+    match kind {
+        TermKind::TorqueNm => ("torque", "mN·m", 1e3),
+        TermKind::TorqueAlongMotionNm => ("torque along the motion", "mN·m", 1e3),
+        TermKind::TorqueAlongVoltageNm => ("torque at full voltage", "mN·m", 1e3),
+        TermKind::ReadingRad => ("error of the reading", "°", 180.0 / std::f64::consts::PI),
     }
 }
 

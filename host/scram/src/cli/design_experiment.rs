@@ -25,8 +25,8 @@ const BEGINS_S: f64 = 0.05;
 /// Design the recording that tells models apart
 ///
 /// Each robot file is a model that is still standing: `scram diagnose` writes one for every model that its recordings leave.
-/// Each in turn is taken for the truth and the others are fitted to what it predicts; the drive is searched that leaves the
-/// least alike pair of them the farthest apart. A drive that the robot's supervisor would end is none: the firmware's decisions
+/// Each in turn is taken for the truth and the others are fitted to what it predicts; the drive is searched that tells the
+/// most of the pairs apart. A drive that the robot's supervisor would end is none: the firmware's decisions
 /// are run on every model before a drive is proposed.
 ///
 /// Writes experiment.txt, one order a line, for `scram sim --drive script:FILE` and `scram console --script FILE`.

@@ -1,0 +1,73 @@
+//! What the file's model lacks, as a curve over one coordinate: a torque on the shaft, or an error of the reading.
+//!
+//! The curves are the screen's own ([`super::probe`]): waves of the angle, and splines of first order over speed, voltage and time.
+//! They are estimated by one step of the linear model about the refitted one, so that a curve is true to scale where the effect
+//! moves a rollout little beside the motion itself, and still shows its shape where it does not.
+
+use nalgebra::DVector;
+
+use super::fit::WIDE;
+use super::probe::{Follows, Moment, Probe};
+use super::screen::{EstimatedCurve, estimate_curves};
+use super::search::Candidate;
+use super::session::Session;
+use super::verdict::{MisfitCurve, MissingTerm, TermKind, TermPoint};
+
+/// Points of a curve.
+const POINTS: usize = 61;
+
+/// The curves about the refitted model that are more than an accident, the most promising first.
+#[must_use]
+pub fn of(session: &Session, refitted: &Candidate, covered: &[MisfitCurve], seed: u64) -> Vec<MissingTerm> {
+    let mut curves = estimate_curves(&session.model, &session.data(), &refitted.fit, seed);
+    curves.retain(|curve| curve.screened.is_sure());
+    curves.sort_by(|a, b| b.screened.promised.total_cmp(&a.screened.promised));
+    curves.iter().flat_map(|curve| kinds(curve.follows).iter().filter_map(|kind| term(curve, *kind, covered))).collect()
+}
+
+fn kinds(follows: Follows) -> &'static [TermKind] {
+    match follows {
+        Follows::Angle | Follows::Speed | Follows::Voltage => &[TermKind::TorqueNm],
+        Follows::Time => &[TermKind::TorqueAlongMotionNm, TermKind::TorqueAlongVoltageNm],
+        Follows::Reading => &[TermKind::ReadingRad],
+    }
+}
+
+/// A curve over the range that the runs cover; `None` where they cover none.
+fn term(curve: &EstimatedCurve, kind: TermKind, covered: &[MisfitCurve]) -> Option<MissingTerm> {
+    let coordinate = curve.follows.name();
+    let bins = &covered.iter().find(|one| one.coordinate == coordinate)?.bins;
+    let (from, to) = (bins.first()?.from, bins.last()?.to);
+    let point = |i: usize| {
+        let at = from + (to - from) * i as f64 / (POINTS - 1) as f64;
+        let shares = shares(curve, kind, at);
+        let value = shares.dot(&curve.terms);
+        let half = WIDE * (&curve.covariance * &shares).dot(&shares).max(0.0).sqrt();
+        TermPoint { at, value, low: value - half, high: value + half }
+    };
+    Some(MissingTerm {
+        coordinate: coordinate.to_owned(),
+        kind,
+        promised: curve.screened.promised,
+        chance: curve.screened.family_chance,
+        points: (0..POINTS).map(point).collect(),
+    })
+}
+
+/// How much of each term of a curve there is at a place on its coordinate.
+fn shares(curve: &EstimatedCurve, kind: TermKind, at: f64) -> DVector<f64> {
+    let spans = curve.spans;
+    let rest = Moment { angle: 0.0, speed: 0.0, voltage: 0.0, time: 0.0 };
+    let moment = match (curve.follows, kind) {
+        (Follows::Angle | Follows::Reading, _) => Moment { angle: at, ..rest },
+        (Follows::Speed, _) => Moment { speed: at, ..rest },
+        (Follows::Voltage, _) => Moment { voltage: at, ..rest },
+        (Follows::Time, TermKind::TorqueAlongMotionNm) => Moment { speed: spans.speed, time: at, ..rest },
+        (Follows::Time, _) => Moment { voltage: spans.voltage, time: at, ..rest },
+    };
+    let share = |term: usize| {
+        let probe = Probe { follows: curve.follows, term, spans };
+        probe.torque(moment) + probe.reading_error(moment.angle)
+    };
+    DVector::from_fn(curve.follows.terms(), |term, _| share(term))
+}

@@ -1,0 +1,160 @@
+//! Models with two effects: which are tried, and from where.
+
+use effects::Id;
+use rayon::prelude::*;
+
+use super::fit::Fit;
+use super::is_implausible;
+use super::screen::Proposal;
+use super::search::{
+    Asks, Candidate, LOOK, MOST_FURTHER, ROUNDS, TOLERANCE, Wanted, floor, level, simpler, singles, try_all,
+};
+use super::selection::reaches;
+use super::session::Session;
+
+/// Pairs are formed among this many of the best single effects.
+const PAIRED: usize = 3;
+/// Of so many single effects pairs are formed with what a screen about each proposes.
+const LEADING: usize = 2;
+/// Of each of the best single effects, pairs are formed with so many that a screen about it proposes.
+const PROPOSED: usize = 4;
+/// A pair that leaves at most this share of the mean square error is fitted again where it does not reach the floor.
+const MOST: f64 = 0.5;
+/// So many times, as long as it becomes better.
+const RESTARTS: usize = 3;
+
+/// Adds pairs of the best single effects, and fits what they are made of from there. A rig that is not the file's gets none.
+pub fn add_pairs(session: &Session, baseline: &Candidate, candidates: &mut Vec<Candidate>, asks: &Asks) {
+    if is_implausible(session, baseline) {
+        return;
+    }
+    candidates.extend(pairs(session, candidates, asks.proposals));
+    candidates.extend(relatives(session, candidates));
+    for _ in 0..RESTARTS {
+        if !restart(session, baseline, candidates) {
+            break;
+        }
+    }
+    apart(session, baseline, candidates);
+}
+
+/// The pair with the least held-out error.
+fn best_pair(candidates: &[Candidate]) -> Option<usize> {
+    let pairs = (0..candidates.len()).filter(|&i| candidates[i].effects.len() == 2);
+    pairs.min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
+}
+
+/// Fits and judges the best pair with each of its effects in turn replaced by those that the catalogue knows to be mistaken for
+/// it, the other one where it was found.
+fn relatives(session: &Session, candidates: &[Candidate]) -> Vec<Candidate> {
+    let Some(pair) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
+    let mut wanted: Vec<Wanted> = Vec::new();
+    for (place, &effect) in pair.effects.iter().enumerate() {
+        let other = pair.effects[1 - place];
+        let known = candidates.iter().flat_map(|one| &one.effects).copied();
+        for relative in known.filter(|one| one.mistaken(effect) && *one != other && !one.overlaps(other)) {
+            let mut effects = vec![relative, other];
+            effects.sort();
+            let tried = candidates.iter().map(|one| &one.effects).chain(wanted.iter().map(|one| &one.effects));
+            if tried.into_iter().all(|one| *one != effects) {
+                let starts = session.all_starts(&effects);
+                wanted.push(Wanted { effects, from: pair.fit.without(&session.model, effect), starts });
+            }
+        }
+    }
+    try_all(session, &wanted, (MOST_FURTHER, session.coarse_cost(&pair.fit)), &|| ())
+}
+
+/// Where the best pair takes most of the misfit away and yet does not reach the floor, it is fitted again from every starting point
+/// of each of its effects, the other one where it was found: found alone, an effect makes up for the other. Whether that is better.
+fn restart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) -> bool {
+    let Some(place) = best_pair(candidates) else { return false };
+    let pair = &candidates[place];
+    let noise = floor(session, candidates);
+    if reaches(noise, baseline, pair) || pair.mean_square() > MOST * baseline.mean_square() {
+        return false;
+    }
+    let starts = session.all_starts(&pair.effects);
+    let look = |&effect: &Id| {
+        session.look(&pair.effects, &pair.fit.without(&session.model, effect), &starts, (LOOK, f64::INFINITY))
+    };
+    let begun = pair.effects.par_iter().map(look).min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let Some(begun) = begun.filter(|begun| begun.cost < session.coarse_cost(&pair.fit)) else { return false };
+    let fit = session.finish(begun, ROUNDS, TOLERANCE, pair.fit.cost);
+    let before = pair.mean_square();
+    candidates[place].improve(Candidate::of(session, fit, true));
+    candidates[place].mean_square() < before
+}
+
+/// Fits and judges pairs that were not tried yet: of the best single effects each with what a screen about it proposes, and among
+/// themselves.
+fn pairs(
+    session: &Session,
+    candidates: &[Candidate],
+    proposals: &(dyn Fn(&Candidate) -> Vec<Proposal> + Sync),
+) -> Vec<Candidate> {
+    let singles: Vec<&Candidate> = singles(candidates).into_iter().map(|i| &candidates[i]).collect();
+    let mut wanted: Vec<Wanted> = Vec::new();
+    let mut want = |first: &Candidate, second: Id, starts: &[usize], from: Fit| {
+        let mut effects = vec![first.effects[0], second];
+        effects.sort();
+        let known = candidates.iter().any(|one| one.effects == effects);
+        if !known && !first.effects[0].overlaps(second) && !wanted.iter().any(|one| one.effects == effects) {
+            wanted.push(Wanted { effects, from, starts: starts.to_vec() });
+        }
+    };
+    for first in singles.iter().take(LEADING) {
+        for second in proposals(first).iter().take(PROPOSED) {
+            want(first, second.effect, &second.starts, first.fit.clone());
+        }
+    }
+    let best = &singles[..PAIRED.min(singles.len())];
+    for (i, first) in best.iter().enumerate() {
+        for second in &best[i + 1..] {
+            want(first, second.effects[0], &[0], first.fit.knowing(&second.fit));
+        }
+    }
+    let alone = |effect: Id| singles.iter().find(|one| one.effects == [effect]);
+    for place in 0..wanted.len() {
+        let Some(effects) = simpler(&wanted[place].effects).filter(|pair| pair[0] != pair[1]) else { continue };
+        let known = candidates.iter().map(|one| &one.effects).chain(wanted.iter().map(|one| &one.effects));
+        if known.into_iter().all(|one| *one != effects)
+            && let (Some(first), Some(second)) = (alone(effects[0]), alone(effects[1]))
+        {
+            wanted.push(Wanted { effects, from: first.fit.knowing(&second.fit), starts: vec![0] });
+        }
+    }
+    try_all(session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ())
+}
+
+/// Fits and judges the first few of several effects beside the one of a single-effect model.
+#[must_use]
+pub fn beside(session: &Session, single: &Candidate, proposals: &[Proposal]) -> Vec<Candidate> {
+    let with = |second: &Proposal| {
+        let mut effects = vec![single.effects[0], second.effect];
+        effects.sort();
+        Wanted { effects, from: single.fit.clone(), starts: second.starts.clone() }
+    };
+    let wanted: Vec<Wanted> = proposals
+        .iter()
+        .filter(|second| !single.effects[0].overlaps(second.effect))
+        .take(MOST_FURTHER)
+        .map(with)
+        .collect();
+    try_all(session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ())
+}
+
+/// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended, and what it contains
+/// from there: alone, it may have gone astray on its way there.
+pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) {
+    let pairs = candidates.iter().filter(|one| one.effects.len() == 2 && reaches(session.noise, baseline, one));
+    let Some(pair) = pairs.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else { return };
+    let (effects, fit) = (pair.effects.clone(), pair.fit.clone());
+    for effect in effects {
+        if let Some(single) = candidates.iter_mut().find(|one| one.effects == [effect]) {
+            let fit = session.again(&[effect], &fit, ROUNDS, TOLERANCE, f64::INFINITY);
+            single.improve(Candidate::of(session, fit, true));
+        }
+    }
+    level(session, candidates);
+}
