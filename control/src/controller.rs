@@ -326,19 +326,21 @@ impl Controller {
             return (None, None);
         }
         let x = self.estimator.estimate();
-        let line = self.follow_readings(seen, &tuning, elapsed, &x);
+        // Of the reading's time, against the tick's.
+        let offset = elapsed.offset - self.parameters.estimator.reading_age;
+        let line = self.follow_readings(seen, &tuning, (offset, elapsed.seconds), &x);
         self.line_speed = line.map(|line| line.speed);
         let mut gate = None;
         if self.tracking {
             let p = &self.parameters;
             gate = Some(match p.estimator.handling {
                 BlindArcHandling::Full => {
-                    let times = (elapsed.offset, elapsed.seconds);
+                    let times = (offset, elapsed.seconds);
                     self.pair.update(p, &tuning, &mut self.estimator, seen, times)
                 }
                 BlindArcHandling::None => {
                     let reading = Reading::Angle(p.sensor.angle(sample.angle));
-                    self.estimator.update(p, &tuning, reading, elapsed.offset)
+                    self.estimator.update(p, &tuning, reading, offset)
                 }
             });
             if self.estimator.is_lost(&self.parameters) {
@@ -359,16 +361,22 @@ impl Controller {
     }
 
     /// Keeps the window of readings that are in a row outside the arc.
-    fn follow_readings(&mut self, seen: &PairReading, tuning: &Tuning, elapsed: Elapsed, x: &Estimate) -> Option<Line> {
+    fn follow_readings(
+        &mut self,
+        seen: &PairReading,
+        tuning: &Tuning,
+        (offset, time): (f32, f32),
+        x: &Estimate,
+    ) -> Option<Line> {
         let p = &self.parameters;
-        let Some(lead) = self.pair.lead(p, tuning, seen, (self.tracking, elapsed.seconds)) else {
+        let Some(lead) = self.pair.lead(p, tuning, seen, (self.tracking, time)) else {
             self.window.clear();
             return None;
         };
         if lead.changed {
             self.window.clear();
         }
-        self.window.push(lead.angle - x.speed * (elapsed.offset + lead.delay), x.angle);
+        self.window.push(lead.angle - x.speed * (offset + lead.delay), x.angle);
         self.window.line(&p.acquisition, p.tick).filter(|line| line.is_straight(&p.acquisition))
     }
 
@@ -548,7 +556,7 @@ impl Controller {
                 Reading::LowEnd | Reading::HighEnd => None,
             },
             accepted: gate == Some(GateOutcome::Accepted),
-            blind: self.is_blind(seen, x.angle),
+            blind: self.is_blind(seen, self.estimator.angle_of_reading(&self.parameters)),
             failed_sensor: self.pair.failed(),
             saturated: self.saturated.abs() > 0.5,
             battery: self.battery.unwrap_or(0.0),

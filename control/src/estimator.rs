@@ -64,7 +64,7 @@ pub struct Measured {
     pub lag: f32,
     /// The estimate lies in the sensor's blind arc.
     pub blind: bool,
-    /// The conversion was this much later than its tick, s.
+    /// The reading is of this much later than its tick, s: its conversion's time less its age.
     pub offset: f32,
     /// Standard deviation outside the arc, rad.
     pub noise: f32,
@@ -81,6 +81,15 @@ pub struct Estimator {
     rejected: u16,
     /// How the current hangs on the speed, −A per rad/s.
     current_per_speed: f32,
+}
+
+/// Covariance of [θ, ω, τ] with the reading's angle.
+struct Seen {
+    angle: f32,
+    speed: f32,
+    drag: f32,
+    /// Variance of the reading's angle itself, rad².
+    of_reading: f32,
 }
 
 /// A time that is predicted in one step.
@@ -290,7 +299,7 @@ impl Estimator {
         };
     }
 
-    /// Takes in a reading that was converted `offset` (s) after its tick.
+    /// Takes in a reading of a time `offset` (s) after its tick.
     pub fn update(&mut self, parameters: &Parameters, tuning: &Tuning, reading: Reading, offset: f32) -> GateOutcome {
         let lag = parameters.sensor.lag(self.estimate.speed);
         let measured = Measured { reading, lag, blind: self.is_blind(parameters), offset, noise: tuning.reading };
@@ -315,19 +324,35 @@ impl Estimator {
             return if blind { GateOutcome::Blind } else { GateOutcome::Rejected };
         };
         let noise = if blind { parameters.estimator.blind_reading } else { measured.noise };
-        let innovation_variance = self.covariance.angle + square(noise);
+        let seen = self.seen(parameters.estimator.reading_age);
+        let innovation_variance = seen.of_reading + square(noise);
         let full = handling == BlindArcHandling::Full;
         if full && square(innovation) > square(parameters.estimator.gate) * innovation_variance {
             return if blind { GateOutcome::Blind } else { GateOutcome::Rejected };
         }
-        self.correct(parameters, innovation, innovation_variance);
+        self.correct(parameters, &seen, innovation, innovation_variance);
         if blind { GateOutcome::Blind } else { GateOutcome::Accepted }
     }
 
-    /// Whether the estimate lies where the first sensor's readings cannot be believed.
+    /// Whether a reading comes from where the first sensor's cannot be believed.
     #[must_use]
     pub fn is_blind(&self, parameters: &Parameters) -> bool {
-        parameters.estimator.handling == BlindArcHandling::Full && parameters.sensor.is_blind(self.estimate.angle)
+        let angle = self.angle_of_reading(parameters);
+        parameters.estimator.handling == BlindArcHandling::Full && parameters.sensor.is_blind(angle)
+    }
+
+    /// Where the shaft was when the present reading was taken, rad.
+    #[must_use]
+    pub fn angle_of_reading(&self, parameters: &Parameters) -> f32 {
+        wrap(self.estimate.angle - self.estimate.speed * parameters.estimator.reading_age)
+    }
+
+    /// How the state's error hangs on that of a reading of an age (s), `P Cᵀ` with C = [1, −age, 0].
+    fn seen(&self, age: f32) -> Seen {
+        let c = &self.covariance;
+        let angle = c.angle - age * c.angle_speed;
+        let speed = c.angle_speed - age * c.speed;
+        Seen { angle, speed, drag: c.angle_drag - age * c.speed_drag, of_reading: positive(angle - age * speed) }
     }
 
     /// A whole rejected sample.
@@ -343,11 +368,11 @@ impl Estimator {
         gate
     }
 
-    fn correct(&mut self, parameters: &Parameters, innovation: f32, innovation_variance: f32) {
+    fn correct(&mut self, parameters: &Parameters, seen: &Seen, innovation: f32, innovation_variance: f32) {
         let motor = &parameters.motor;
         let c = self.covariance;
         let inverse = 1.0 / innovation_variance;
-        let (k_angle, k_speed, k_drag) = (c.angle * inverse, c.angle_speed * inverse, c.angle_drag * inverse);
+        let (k_angle, k_speed, k_drag) = (seen.angle * inverse, seen.speed * inverse, seen.drag * inverse);
         let x = &mut self.estimate;
         let speed_step = k_speed * innovation;
         x.angle = wrap(x.angle + k_angle * innovation);
@@ -355,12 +380,12 @@ impl Estimator {
         x.current -= self.current_per_speed * speed_step;
         x.drag = clamp(x.drag + k_drag * innovation, -0.25 * motor.drag_limit, motor.drag_limit);
         self.covariance = Covariance {
-            angle: c.angle - k_angle * c.angle,
-            angle_speed: c.angle_speed - k_angle * c.angle_speed,
-            angle_drag: c.angle_drag - k_angle * c.angle_drag,
-            speed: positive(c.speed - k_speed * c.angle_speed),
-            speed_drag: c.speed_drag - k_speed * c.angle_drag,
-            drag: positive(c.drag - k_drag * c.angle_drag),
+            angle: c.angle - k_angle * seen.angle,
+            angle_speed: c.angle_speed - k_angle * seen.speed,
+            angle_drag: c.angle_drag - k_angle * seen.drag,
+            speed: positive(c.speed - k_speed * seen.speed),
+            speed_drag: c.speed_drag - k_speed * seen.drag,
+            drag: positive(c.drag - k_drag * seen.drag),
         };
     }
 }

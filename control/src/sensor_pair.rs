@@ -225,7 +225,7 @@ impl Pair {
         }
     }
 
-    /// Takes a tick's readings into the filter. `offset` is how much later than the tick the first one was converted, `time`
+    /// Takes a tick's readings into the filter. `offset` is how much later than the tick the first one is of, `time`
     /// what the tick counts for as evidence, both s.
     pub fn update(
         &mut self,
@@ -265,12 +265,14 @@ impl Pair {
         [first, other]: &[Reading; 2],
         offset: f32,
     ) -> [Measured; 2] {
-        let angle = wrap(x.angle - self.zero(second));
+        // Where the shaft was when the readings were taken.
+        let shaft = wrap(x.angle - x.speed * p.estimator.reading_age);
+        let angle = wrap(shaft - self.zero(second));
         [
             Measured {
                 reading: *first,
                 lag: p.sensor.lag(x.speed),
-                blind: p.sensor.is_blind(x.angle),
+                blind: p.sensor.is_blind(shaft),
                 offset,
                 noise: tuning.reading,
             },

@@ -80,6 +80,9 @@ fn what_is_set_comes_back_and_nothing_else_moves() {
         if entry.name == "controller.supervisor.runaway_rad_per_s" {
             base.limits.speed = 0.07;
         }
+        if entry.name == "effects.driver_drop.drop_v" {
+            base.bridge.rail = 10.0;
+        }
         if entry.name == "controller.supervisor.link_slow_s" {
             base.supervisor.command_old.limit = 0.6;
         }

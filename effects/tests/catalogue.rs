@@ -40,17 +40,19 @@ fn every_file_is_an_effect_of_its_name() {
 }
 
 /// Where effects are named besides their files, which of them, and why.
-const NAMED: [(&str, &[&str], &str); 8] = [
-    (
-        "robot-file/src/design/fill.rs",
-        &["driver_drop", "driver_deadband", "battery_sag"],
-        "the firmware inverts what supply and bridge do to a duty",
-    ),
+const NAMED: [(&str, &[&str], &str); 10] = [
+    ("robot-file/src/design/fill.rs", &["battery_sag"], "the firmware inverts what the supply does to a duty"),
     (
         "robot-file/src/design/mod.rs",
-        &["driver_drop", "driver_deadband", "battery_sag"],
-        "the highest speed that is left is that of the voltage that they leave",
+        &["battery_sag"],
+        "the highest speed that is left is that of the voltage that it leaves",
     ),
+    (
+        "control/src/parameters/table.rs",
+        &["driver_drop", "driver_deadband", "sensor_delay"],
+        "a person sets what the controller takes back by its path in the robot file",
+    ),
+    ("control/src/parameters/check.rs", &["driver_drop"], "no bridge takes more than its supply has"),
     (
         "robot-file/src/design/model.rs",
         &["coulomb_friction", "stribeck_friction", "load_friction", "driver_drop"],

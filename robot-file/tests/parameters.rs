@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use control::parameters::table::{Entry, Kind, TABLE, find, get};
 use control::{ParameterError, Parameters};
+use effects::{DriverDeadband, DriverDrop, SensorDelay};
 use robot_file::Robot;
 use robot_file::design::{DesignError, design};
 use robot_file::unit;
@@ -33,8 +34,16 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
+/// robot.toml, and the effects that the table speaks of and it does not have, at no size.
 fn document() -> DocumentMut {
-    std::fs::read_to_string(root().join("robot.toml")).unwrap().parse().unwrap()
+    let mut text = std::fs::read_to_string(root().join("robot.toml")).unwrap();
+    for name in TABLE.iter().map(|entry| entry.name).filter(|name| name.starts_with("effects.")) {
+        let (table, key) = name.rsplit_once('.').unwrap();
+        if !text.contains(&format!("[{table}]")) {
+            text += &format!("\n[{table}]\n{key} = {{ value = 0, low = 0, high = 0, source = \"test\" }}\n");
+        }
+    }
+    text.parse().unwrap()
 }
 
 fn item<'d>(document: &'d mut DocumentMut, path: &str) -> Option<&'d mut Item> {
@@ -92,9 +101,15 @@ fn every_robot_with_a_controller_has_its_own_defaults() {
         let Some(controller) = &robot.controller else { continue };
         let factory = design(&robot).unwrap().parameters;
         for entry in TABLE {
-            let key = entry.name.strip_prefix("controller.").unwrap();
-            let (found, stands) = (value(&factory, entry), controller.numbers[key].value);
-            assert!(is_close(found, stands), "{}: {key} is {stands} in the file, {found} here", robot.name);
+            let effects = &robot.effects;
+            let stands = match entry.name {
+                "effects.driver_drop.drop_v" => effects.get::<DriverDrop>().map_or(0.0, |drop| drop.drop_v),
+                "effects.driver_deadband.width_duty" => effects.get::<DriverDeadband>().map_or(0.0, |it| it.width_duty),
+                "effects.sensor_delay.delay_s" => effects.get::<SensorDelay>().map_or(0.0, |delay| delay.delay_s),
+                name => controller.numbers[name.strip_prefix("controller.").unwrap()].value,
+            };
+            let (name, found) = (entry.name, value(&factory, entry));
+            assert!(is_close(found, stands), "{}: {name} is {stands} in the file, {found} here", robot.name);
         }
         designed += 1;
     }
@@ -108,7 +123,8 @@ fn every_number_of_the_controller_is_in_the_table_or_enters_through_a_design() {
     let mut in_file: Vec<_> = controller.numbers.keys().map(|key| format!("controller.{key}")).collect();
     in_file.push("controller.tick_s".into());
     in_file.sort();
-    let mut known: Vec<_> = TABLE.iter().map(|entry| entry.name).chain(DESIGNED).map(String::from).collect();
+    let in_table = TABLE.iter().map(|entry| entry.name).filter(|name| name.starts_with("controller."));
+    let mut known: Vec<_> = in_table.chain(DESIGNED).map(String::from).collect();
     known.sort();
     assert_eq!(in_file, known);
 }

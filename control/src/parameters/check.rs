@@ -93,6 +93,7 @@ impl Parameters {
         at_least("controller.supervisor.supply_high_v", supervisor.supply_high, supply.limit)?;
         at_least("controller.supervisor.rest_most_lsb", supervisor.rest_most, supervisor.rest_least)?;
         at_least("controller.limits.frequency_hz", limits.speed / TAU, limits.least_speed / TAU)?;
+        within("effects.driver_drop.drop_v", self.bridge.drop, 0.0, self.bridge.rail)?;
         // What may be commanded must not count as running away.
         if supervisor.runaway.limit <= limits.speed {
             return Err(too_low("controller.supervisor.runaway_rad_per_s", supervisor.runaway.limit, limits.speed));
@@ -135,9 +136,7 @@ impl Bridge {
     fn check(&self) -> Result<(), ParameterError> {
         positive("bridge.rail", self.rail, 100.0)?;
         within("bridge.rail_resistance", self.rail_resistance, 0.0, 100.0)?;
-        within("bridge.drop", self.drop, 0.0, self.rail)?;
         within("bridge.dead_duty", self.dead_duty, 0.0, 0.5)?;
-        within("bridge.deadband", self.deadband, 0.0, 0.9)?;
         positive("bridge.fade_current", self.fade_current, 100.0)
     }
 }

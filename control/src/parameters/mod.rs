@@ -170,6 +170,8 @@ pub struct Estimator {
     pub initial_drag: f32,
     /// Time after which a sensor that contradicts the other has failed, s.
     pub sensor_persistence: f32,
+    /// A reading is this old when it is converted, s.
+    pub reading_age: f32,
 }
 
 /// Acquisition of an unknown angle.

@@ -6,7 +6,8 @@
 //! Here is what robot.toml hands to the controller unchanged but for the unit. The rest enters through a design and is
 //! not here, because changed alone it would contradict what was designed from it, and no single field holds it:
 //! - `controller.lqg`: the speed law's gains are solved for from these weights, with what surrounds the law;
-//! - motor, load, driver, supply and sensor: the transition, the gains and the sensor's curve follow from them;
+//! - motor, load, driver, supply and sensor: the transition, the gains and the sensor's curve follow from them. Of the
+//!   effects, those are here that one number of the controller takes back: what the bridge takes, and how late a reading is;
 //! - `controller.estimator.*_share`: shares of torques that follow from the motor;
 //! - `controller.estimator.reading_deg` and its three variants: a sensor's calibration decides which of two is taken, so
 //!   that a value that was set would go by the wrong name on half of the robots;
@@ -161,8 +162,8 @@ const fn at_least(entry: Entry) -> Entry {
 }
 
 /// The entries, each at its index. The weak end of a failsafe's range is what the fault campaign drives with
-/// (docs/safety.md): beyond it nobody has seen that the bridge goes off in time. `runaway_rad_per_s` alone has no such end, for it
-/// follows from the fastest command.
+/// (docs/safety.md): beyond it nobody has seen that the bridge goes off in time. Three have no such end: `runaway_rad_per_s` follows
+/// from the fastest command, and what the bridge takes (its drop and its deadband) from the bridge.
 pub const TABLE: &[Entry] = &[
     degrees!("controller.estimator.edge_margin_deg", 0.0, 30.0, sensor.edge_margin),
     at_most(real!("controller.estimator.speed_rad_per_s", "rad/s", 1e-4, 0.011, estimator.speed.speed)),
@@ -226,6 +227,10 @@ pub const TABLE: &[Entry] = &[
     at_most(real!("controller.supervisor.supply_high_v", "V", 3.0, 60.0, supervisor.supply_high)),
     at_least(real!("controller.supervisor.rest_least_lsb", "LSB", 0.0, 100.0, supervisor.rest_least)),
     at_most(real!("controller.supervisor.rest_most_lsb", "LSB", 0.0, 120.0, supervisor.rest_most)),
+    // A bridge that is believed to take more than it does makes the current through a blocked motor look small.
+    at_most(real!("effects.driver_drop.drop_v", "V", 0.0, 10.0, bridge.drop)),
+    at_most(real!("effects.driver_deadband.width_duty", "", 0.0, 0.9, bridge.deadband)),
+    real!("effects.sensor_delay.delay_s", "s", 0.0, 0.1, estimator.reading_age),
     hertz!("controller.limits.frequency_hz", 0.01, 150.0, limits.speed),
     hertz!("controller.limits.least_frequency_hz", 0.0, 100.0, limits.least_speed),
     degrees!("controller.limits.least_stroke_deg", 0.1, 343.0, limits.least_stroke),

@@ -74,6 +74,7 @@ pub fn parameters() -> Parameters {
             initial_angle: 0.05,
             initial_speed: 5.0,
             initial_drag: 5e-4,
+            reading_age: 0.0,
             sensor_persistence: 0.1,
         },
         acquisition: Acquisition { samples: 12, residual: 0.035, least_speed: 8.0, speed: 60.0, patience: 0.1 },

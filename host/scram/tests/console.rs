@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use common::bench::keys;
 use common::{robot, robot_file};
+use control::protocol::radio::Reset;
 use control::{Fault, State};
 use recording::{ReadOptions, SessionEvent, events, load_with};
 use serde_json::Value;
@@ -131,6 +132,32 @@ fn commands_are_done_one_after_the_other_and_recorded() {
     assert_eq!(typed, ["clear", "freq 7", "set frequency_hz 9", "get frequency_hz"]);
     assert!(events.iter().any(|event| event.event == SessionEvent::Stop));
     assert!(events.iter().any(|event| matches!(&event.event, SessionEvent::Note { text } if text == "here")));
+}
+
+#[test]
+fn an_extended_file_is_pushed_and_kept() {
+    let tty = OnTty::new(1);
+    let extended = tty.directory.path().join("extended.toml");
+    let late = "\n[effects.sensor_delay]\ndelay_s = { value = 3e-3, low = 3e-3, high = 3e-3, source = \"test\" }\n";
+    std::fs::write(&extended, std::fs::read_to_string(robot_file()).expect("the robot file") + late).expect("writes");
+    let file = extended.display().to_string();
+    let (code, stdout, stderr) = tty.run(&["--push", &file]);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    assert_eq!(stdout, "effects.sensor_delay.delay_s = 0.003 s (built in: 0)\nsave: done\n", "{stderr}");
+    // It is there after the battery was out.
+    tty.simulation.apply(InjectedEvent::PowerCut(0));
+    tty.simulation.apply(InjectedEvent::Boot(0, Reset::PowerOn));
+    let (code, stdout, stderr) = tty.run(&["--push", &file]);
+    assert_eq!((code, stdout.as_str()), (Some(0), ""), "{stderr}");
+    assert!(stderr.contains("every parameter that can be sent already"), "{stderr}");
+    // What would weaken a failsafe is left alone, and said.
+    let text = std::fs::read_to_string(&extended)
+        .expect("the file")
+        .replace("drop_v = { value = 2.07", "drop_v = { value = 2.2");
+    std::fs::write(&extended, text).expect("writes");
+    let (code, stdout, stderr) = tty.run(&["--push", &file]);
+    assert_eq!(code, Some(3), "{stdout}{stderr}");
+    assert!(stderr.contains("not sent: effects.driver_drop.drop_v stays 2.07 V"), "{stderr}");
 }
 
 #[test]

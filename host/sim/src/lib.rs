@@ -30,6 +30,7 @@ mod ground;
 mod metrics;
 mod strokes;
 mod track_csv;
+mod tracking;
 mod walk_metrics;
 mod world;
 
@@ -51,6 +52,7 @@ pub use ground::{OnGround, Walk};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use strokes::{RUNAWAY_DEG, Strokes};
 pub use track_csv::track_csv;
+pub use tracking::{ComparedFigure, Comparison, compare, run_designed_from, tracking_figures, tracking_gain};
 pub use walk_metrics::{WalkMetrics, mean_speeds, walk_metrics};
 pub use world::World;
 
@@ -157,7 +159,7 @@ pub enum SimError {
 /// # Errors
 /// There is no controller for this robot.
 pub fn run(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<Trace, SimError> {
-    Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller(robot)?, plan))
+    run_designed_from(robot, robot, seed, settings, plan)
 }
 
 /// Designs the controller of a robot file and runs it on the robot with its body, on the ground.
@@ -165,7 +167,21 @@ pub fn run(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result
 /// # Errors
 /// There is no controller for this robot, or no body, or the run blew up.
 pub fn run_on_ground(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<(Trace, Walk), SimError> {
-    let mut controller = controller(robot)?;
+    run_on_ground_designed_from(robot, robot, seed, settings, plan)
+}
+
+/// As [`run_on_ground`], with the controller of another robot file.
+///
+/// # Errors
+/// As [`run_on_ground`].
+pub fn run_on_ground_designed_from(
+    designed_from: &Robot,
+    robot: &Robot,
+    seed: u64,
+    settings: &Settings,
+    plan: &Plan,
+) -> Result<(Trace, Walk), SimError> {
+    let mut controller = controller(designed_from)?;
     let mut ground = OnGround::new(robot, seed, settings, plan.seconds).map_err(SimError::Body)?;
     let Ok(trace) = closed_loop_in(&mut ground, &mut controller, plan);
     Ok((trace, ground.into_walk()?))

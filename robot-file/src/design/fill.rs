@@ -8,11 +8,11 @@ use control::parameters::{
     SpeedLaw, Supervisor, Transition, Tuning,
 };
 
-use effects::{BatterySag, DriverDeadband, DriverDrop};
+use effects::BatterySag;
 
 use super::model::{Discrete, MotorValues};
 use super::numbers::Numbers;
-use super::{DesignError, sensor};
+use super::{DesignError, deadband, drop, reading_age, sensor};
 use crate::angle_code::battery_curve;
 use crate::robot::{Robot, Sensor};
 
@@ -116,9 +116,9 @@ fn bridge(robot: &Robot, numbers: &Numbers<'_>) -> Result<Bridge, DesignError> {
     Ok(Bridge {
         rail: robot.supply.rail_v.value as f32,
         rail_resistance: effects.get::<BatterySag>().map_or(0.0, |sag| sag.resistance_ohm + sag.relaxation_ohm) as f32,
-        drop: effects.get::<DriverDrop>().map_or(0.0, |drop| drop.drop_v) as f32,
+        drop: drop(robot) as f32,
         dead_duty: (driver.dead_time_s.value * driver.pwm_frequency_hz.value) as f32,
-        deadband: effects.get::<DriverDeadband>().map_or(0.0, |band| band.width_duty) as f32,
+        deadband: deadband(robot) as f32,
         fade_current: numbers.positive("lqg.fade_a")? as f32,
     })
 }
@@ -161,6 +161,7 @@ fn estimator(robot: &Robot, numbers: &Numbers<'_>, values: &MotorValues) -> Resu
         initial_speed: numbers.positive("estimator.initial_rad_per_s")? as f32,
         initial_drag: (numbers.positive("estimator.initial_drag_share")? * drag_scale) as f32,
         sensor_persistence: numbers.positive("estimator.sensor_persistence_s")? as f32,
+        reading_age: reading_age(robot) as f32,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Steady state of the Kalman filter on [θ, ω, i, τ], and how its covariance grows through the blind arc.
 
 use control::parameters::Tuning;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 use super::model::Discrete;
 use super::riccati::{RiccatiError, solve};
@@ -19,29 +19,37 @@ pub struct Filter {
     pub phi: DMatrix<f64>,
     /// Covariance of a tick's disturbance.
     pub disturbance: DMatrix<f64>,
+    /// What a reading is of the state: `[1, −age, 0, 0]`.
+    pub reading: RowDVector<f64>,
     /// Relative residual of the Riccati equation.
     pub residual: f64,
 }
 
-/// Solves the filter's Riccati equation for a tuning; `scale` is what counts as one unit of each state.
-pub(super) fn steady(model: &Discrete, tuning: &Tuning, scale: &DVector<f64>) -> Result<Filter, RiccatiError> {
+/// Solves the filter's Riccati equation for a tuning and readings of an age (s); `scale` is what counts as one unit of each
+/// state.
+pub(super) fn steady(
+    model: &Discrete,
+    tuning: &Tuning,
+    age: f64,
+    scale: &DVector<f64>,
+) -> Result<Filter, RiccatiError> {
     let phi = model.with_drag();
     let disturbance = disturbance(tuning, model.period);
     let noise = f64::from(tuning.reading).powi(2);
     let d = DMatrix::from_diagonal(scale);
     let inverse = DMatrix::from_diagonal(&scale.map(|value| 1.0 / value));
-    let reading = DMatrix::from_row_slice(1, 4, &[1.0, 0.0, 0.0, 0.0]) * &d;
+    let reading = RowDVector::from_row_slice(&[1.0, -age, 0.0, 0.0]);
     let dual = solve(
         &(&inverse * &phi * &d).transpose(),
-        &reading.transpose(),
+        &DMatrix::from_row_slice(4, 1, (&reading * &d).as_slice()),
         &(&inverse * &disturbance * &inverse),
         &DMatrix::from_element(1, 1, noise),
     )?;
     let predicted = &d * dual.x * &d;
-    let column: DVector<f64> = predicted.column(0).into_owned();
-    let gain = &column / (predicted[(0, 0)] + noise);
+    let column: DVector<f64> = &predicted * reading.transpose();
+    let gain = &column / (reading.transpose().dot(&column) + noise);
     let corrected = &predicted - &gain * column.transpose();
-    Ok(Filter { gain, predicted, corrected, phi, disturbance, residual: dual.residual })
+    Ok(Filter { gain, predicted, corrected, phi, disturbance, reading, residual: dual.residual })
 }
 
 /// Covariance of a tick's disturbance on [θ, ω, i, τ]: a speed change spread over the tick, and the drag's drift.
@@ -63,13 +71,15 @@ impl Filter {
         p[(0, 0)].sqrt()
     }
 
+    /// What a reading leaves of the state's error, `I − L C`.
+    #[must_use]
+    pub fn keep(&self) -> DMatrix<f64> {
+        DMatrix::identity(4, 4) - &self.gain * &self.reading
+    }
+
     /// State matrix of the estimation error, `(I − L C) Φ`.
     #[must_use]
     pub fn error_dynamics(&self) -> DMatrix<f64> {
-        let mut keep = DMatrix::identity(4, 4);
-        for row in 0..4 {
-            keep[(row, 0)] -= self.gain[row];
-        }
-        keep * &self.phi
+        self.keep() * &self.phi
     }
 }

@@ -15,7 +15,7 @@ use control::Parameters;
 use nalgebra::{Complex, DMatrix, DVector};
 
 pub use self::kalman::Filter;
-use effects::{BatterySag, DriverDeadband, DriverDrop};
+use effects::{BatterySag, States};
 
 use self::margins::{Margins, System};
 use self::model::{Continuous, Discrete, MotorValues};
@@ -141,7 +141,9 @@ pub fn design(robot: &Robot) -> Result<Design, DesignError> {
     let period = discrete.period;
     let regulator_margins = margins::margins(|z| state_loop.response(z), period);
     let (plant, compensator) = loop_parts(&discrete, &filter, &k);
-    let loop_margins = margins::margins(|z| Some(plant.response(z)? * compensator.response(z)?), period);
+    // What is read is as old as it is: z^(−age/T).
+    let late = -reading_age(robot) / period;
+    let loop_margins = margins::margins(|z| Some(plant.response(z)? * compensator.response(z)? * z.powf(late)), period);
     Ok(Design {
         gain,
         regulator_poles: (&phi - &gamma * &k).complex_eigenvalues().iter().copied().collect(),
@@ -166,14 +168,34 @@ pub fn ceiling(robot: &Robot) -> f64 {
     let motor = MotorValues::new(robot);
     let effects = &robot.effects;
     let sag = effects.get::<BatterySag>().map_or(0.0, |sag| sag.resistance_ohm + sag.relaxation_ohm);
-    let drop = effects.get::<DriverDrop>().map_or(0.0, |drop| drop.drop_v);
-    let deadband = effects.get::<DriverDeadband>().map_or(0.0, |band| band.width_duty);
-    let share = 1.0 - deadband;
+    // A full duty does not switch and loses no dead time.
+    let drop = effects.laws().bridge().drop_v;
+    let share = 1.0 - deadband(robot);
     let rail = robot.supply.rail_v.value * share;
     let resistance = motor.resistance + sag * share * share;
     let k = motor.torque_constant;
     let left = rail - drop - resistance * motor.drag / k;
     (left / (k + resistance * motor.viscous / k)).max(0.0)
+}
+
+/// What the bridge takes against the current, V: its drop, and what a switching bridge loses to dead time.
+fn drop(robot: &Robot) -> f64 {
+    let taken = robot.effects.laws().bridge();
+    taken.drop_v + taken.of_supply * robot.supply.rail_v.value
+}
+
+/// What the bridge takes from the command, as a share of the supply.
+fn deadband(robot: &Robot) -> f64 {
+    let laws = robot.effects.laws();
+    1.0 - laws.duty(1.0) + laws.bridge().of_command_v / robot.supply.rail_v.value
+}
+
+/// How old a reading is, s. One that lags is late by its lag as long as the speed changes slowly against it.
+fn reading_age(robot: &Robot) -> f64 {
+    let laws = robot.effects.laws();
+    let mut turning = States::default();
+    laws.settle(&mut turning, 1.0, 0.0);
+    laws.reading_age() + laws.behind(&turning)
 }
 
 fn regulator(discrete: &Discrete, numbers: &Numbers<'_>) -> Result<riccati::Solution, DesignError> {
@@ -213,7 +235,8 @@ fn filter(
         numbers.positive("lqg.current_a")?,
         drag,
     ];
-    kalman::steady(discrete, &parameters.estimator.speed, &DVector::from_row_slice(&scale))
+    let age = f64::from(parameters.estimator.reading_age);
+    kalman::steady(discrete, &parameters.estimator.speed, age, &DVector::from_row_slice(&scale))
         .map_err(|source| DesignError::NotStabilisable { what: "filter", source })
 }
 
@@ -231,10 +254,7 @@ fn loop_parts(discrete: &Discrete, filter: &Filter, k: &DMatrix<f64>) -> (System
     k4[(0, 3)] = -discrete.eta[1] / discrete.gamma[1];
     let mut gamma4 = DMatrix::zeros(4, 1);
     gamma4.view_mut((0, 0), (3, 1)).copy_from(&gamma);
-    let mut keep = DMatrix::<f64>::identity(4, 4);
-    for row in 0..4 {
-        keep[(row, 0)] -= filter.gain[row];
-    }
+    let keep = filter.keep();
     let l = DMatrix::from_column_slice(4, 1, filter.gain.as_slice());
     let closed = &filter.phi - &gamma4 * &k4;
     let compensator = System { a: &closed * &keep, b: &closed * &l, c: &k4 * &keep, d: (&k4 * &l)[(0, 0)] };

@@ -1,5 +1,7 @@
 use super::*;
-use crate::robot::Sensor;
+
+use crate::edit::Document;
+use crate::robot::{Quantity, Sensor};
 
 fn default_robot() -> Robot {
     Robot::load(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml")).unwrap()
@@ -40,18 +42,55 @@ fn the_map_inverts_the_nominal_curve() {
     }
 }
 
+/// The default robot with an effect more, or another of the same name.
+fn with_effect(name: &str, numbers: &[(&str, f64)]) -> Robot {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../robot.toml");
+    let mut document = Document::parse(&std::fs::read_to_string(&file).unwrap(), "robot.toml").unwrap();
+    let quantity = |value: f64| Quantity { value, low: value, high: value, source: "test".into() };
+    let quantities: Vec<(&str, Quantity)> = numbers.iter().map(|(key, value)| (*key, quantity(*value))).collect();
+    document.set_effect(name, &quantities).unwrap();
+    document.robot().unwrap()
+}
+
+#[test]
+fn every_loss_of_the_bridge_is_taken_back() {
+    let base = design(&default_robot()).unwrap().parameters.bridge;
+    let bridge = |name, key, value| design(&with_effect(name, &[(key, value)])).unwrap().parameters.bridge;
+    let near = |value: f32, expected: f32| assert!((value - expected).abs() < 1e-5, "{value}, not {expected}");
+    near(bridge("driver_dead_time", "lost_duty", 0.04).drop, base.drop + 0.04 * base.rail);
+    near(bridge("driver_deadband", "width_duty", 0.05).deadband, base.deadband + 0.05);
+    near(bridge("driver_drop_by_command", "drop_v", 0.3).deadband, base.deadband + 0.3 / base.rail);
+}
+
+#[test]
+fn a_late_reading_costs_phase_and_a_filter_that_knows_it_bears_it() {
+    let (prompt, late) =
+        (design(&default_robot()).unwrap(), design(&with_effect("sensor_lag", &[("time_s", 8e-3)])).unwrap());
+    assert!((late.parameters.estimator.reading_age - 8e-3).abs() < 1e-9);
+    for pole in &late.filter_poles {
+        assert!(pole.norm() < 1.0 - 1e-6, "{pole}");
+    }
+    assert!(late.loop_margins.delay < prompt.loop_margins.delay, "{:?}", late.loop_margins);
+    assert!(late.loop_margins.phase > 0.3, "{:?}", late.loop_margins);
+}
+
 #[test]
 fn the_filter_of_the_controller_settles_where_the_design_says() {
-    // f32 with the current slaved to the speed against f64 with all four states.
-    let design = design(&default_robot()).unwrap();
+    settles_where_the_design_says(&default_robot());
+    settles_where_the_design_says(&with_effect("sensor_delay", &[("delay_s", 8e-3)]));
+}
+
+/// f32 with the current slaved to the speed against f64 with all four states.
+fn settles_where_the_design_says(robot: &Robot) {
+    let design = design(robot).unwrap();
     let mut p = design.parameters;
     (p.sensor.blind_from, p.sensor.blind_to) = (0.0, 0.0);
     let mut filter = control::estimator::Estimator::new(&p);
     filter.acquire(&p, 2.0, 40.0);
     for _ in 0..4000 {
         filter.predict(&p, &p.estimator.speed, control::Actuation { duty: 0.95, enable: true }, 1);
-        let reading = control::sensor::Reading::Angle(filter.estimate().angle);
-        filter.update(&p, &p.estimator.speed, reading, 0.0);
+        let reading = control::sensor::Reading::Angle(filter.angle_of_reading(&p));
+        filter.update(&p, &p.estimator.speed, reading, -p.estimator.reading_age);
     }
     let covariance = filter.covariance();
     let steady = &design.filter.corrected;

@@ -79,10 +79,11 @@ pub fn weakest(factory: &Parameters) -> Parameters {
                 table::Weaker::Above => entry.high,
                 table::Weaker::Below => entry.low,
             };
-            // Without an end of their own: what follows from the fastest command and from the cell.
-            let has_end = !["runaway_rad_per_s", "supply_high_v", "rest_least_lsb", "blind_reading_deg"]
-                .iter()
-                .any(|key| entry.name.ends_with(key));
+            // Without an end of their own: what follows from the fastest command, from the cell and from the bridge.
+            let has_end =
+                !["runaway_rad_per_s", "supply_high_v", "rest_least_lsb", "blind_reading_deg", "drop_v", "width_duty"]
+                    .iter()
+                    .any(|key| entry.name.ends_with(key));
             if has_end && entry.name.ends_with("bound_s") == wants_bound {
                 set = set.with(index, end).unwrap_or_else(|error| panic!("{}: {error}", entry.name));
             }

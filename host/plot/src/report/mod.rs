@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 
 use common::quantile;
 use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, MissingTerm, RunUse, Verdict};
+use simulation::{ComparedFigure, Comparison};
 use svg::{COLOURS, STYLE, escape, number};
 use words::{degrees, percent, sentence, three, times};
 
@@ -26,6 +27,8 @@ pub struct About {
     pub robot_file: String,
     /// The extended robot file that was written, if any.
     pub extended_file: Option<String>,
+    /// What its robot tracks under the controller of the diagnosed file, and under its own.
+    pub tracking: Vec<Comparison>,
 }
 
 /// The diagnosis as an HTML page.
@@ -54,6 +57,7 @@ pub fn html(diagnosis: &Diagnosis, about: &About) -> String {
     page.push_str(&what_is_left(diagnosis));
     page.push_str(&limits(diagnosis));
     page.push_str(&data_used(diagnosis));
+    page.push_str(&gained(about));
     page.push_str(&how_to_run(diagnosis, about));
     page.push_str(&method(diagnosis));
     page.push_str("</main></body></html>\n");
@@ -391,6 +395,47 @@ fn data_used(diagnosis: &Diagnosis) -> String {
         "<section><h2>Data used</h2><div class=\"scroll\"><table><thead><tr><th>run</th><th></th><th class=\"n\">length</th>\
          <th class=\"n\">samples</th><th class=\"n\">used</th><th class=\"n\">no reading</th>\
          <th class=\"n\">of these in the blind arc</th><th class=\"n\">spikes left out</th><th class=\"n\">rollouts</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
+    )
+}
+
+/// What the robot gains when its controller is designed from the extended model.
+fn gained(about: &About) -> String {
+    if about.tracking.is_empty() {
+        return String::new();
+    }
+    let value = |value: Option<f64>, unit: &str| {
+        let unit = if unit == "deg" { "°".to_owned() } else { format!(" {unit}") };
+        value.map_or_else(|| "–".to_owned(), |value| three(value) + &unit)
+    };
+    let figure = |drive: &str, row: &ComparedFigure| {
+        format!(
+            "<tr><td><code>{}</code></td><td>{}</td><td class=\"n\">{}</td><td class=\"n\"><b>{}</b></td></tr>",
+            escape(drive),
+            escape(row.what),
+            value(row.before, row.unit),
+            value(row.after, row.unit)
+        )
+    };
+    let drive = |one: &Comparison| {
+        let mut rows: String = one.rows.iter().map(|row| figure(&one.drive, row)).collect();
+        if one.stopped.iter().any(Option::is_some) {
+            let [before, after] = one.stopped.each_ref().map(|why| escape(why.as_deref().unwrap_or("–")));
+            let _ = write!(
+                rows,
+                "<tr><td><code>{}</code></td><td>stopped by</td><td class=\"n\">{before}</td><td class=\"n\">{after}</td></tr>",
+                escape(&one.drive)
+            );
+        }
+        rows
+    };
+    let rows: String = about.tracking.iter().map(drive).collect();
+    format!(
+        "<section><h2>What the robot gains</h2><p class=\"soft\">The extended model’s robot, simulated on a bench, means of three \
+         runs: under the controller that is designed from <code>{}</code>, and under its own. The design takes back friction, \
+         what the bridge loses and how late the reading is; of other effects the controller knows nothing.</p>\
+         <div class=\"scroll\"><table><thead><tr><th>drive</th><th>tracking</th><th class=\"n\">before</th>\
+         <th class=\"n\">after</th></tr></thead><tbody>{rows}</tbody></table></div></section>",
+        escape(&about.robot_file)
     )
 }
 

@@ -241,6 +241,14 @@ fn about() -> About {
         robot: "scram-26".into(),
         robot_file: "robot.toml".into(),
         extended_file: Some("out/robot-extended.toml".into()),
+        tracking: vec![Comparison {
+            drive: "freq:7".into(),
+            rows: vec![
+                ComparedFigure { what: "phase, RMS", unit: "deg", before: Some(12.3), after: Some(2.1) },
+                ComparedFigure { what: "speed settled after", unit: "s", before: None, after: Some(0.4) },
+            ],
+            stopped: [Some("stall".into()), None],
+        }],
     }
 }
 
@@ -312,8 +320,10 @@ fn names_cannot_break_the_page() {
     if let Some(left) = &mut diagnosis.left_over {
         left.coordinate = evil.into();
     }
-    let page =
-        html(&diagnosis, &About { robot: evil.into(), robot_file: evil.into(), extended_file: Some(evil.into()) });
+    let page = html(
+        &diagnosis,
+        &About { robot: evil.into(), robot_file: evil.into(), extended_file: Some(evil.into()), ..about() },
+    );
     let document = parse(&page);
     assert!(!document.descendants().any(|node| node.tag_name().name() == "script"));
 }

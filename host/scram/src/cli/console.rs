@@ -18,7 +18,7 @@ use testbed::realtime::{Options, Simulation};
 use testbed::setup;
 
 use super::pair::KeysFile;
-use super::{Common, Failure, print, print_json, say};
+use super::{Common, Failure, load_robot, print, print_json, push, say};
 
 /// A dongle that was just restarted by opening its port needs a second to boot.
 const DONGLE_PATIENCE: Duration = Duration::from_secs(4);
@@ -41,7 +41,8 @@ const LIST_PATIENCE: Duration = Duration::from_secs(2);
         scram console --sim\n  \
         scram console --port /dev/ttyACM0\n  \
         scram console --port /dev/ttyACM0 --command \"freq 7; wait 2s; oscillate -100 100; wait 2s; stop\"\n  \
-        scram console --sim --json --command \"get controller.limits.frequency_hz; status\"\n\n\
+        scram console --sim --json --command \"get controller.limits.frequency_hz; status\"\n  \
+        scram console --port /dev/ttyACM0 --push out/latest-diagnose/robot.toml\n\n\
         `scram console --commands` lists the commands.\n\n\
         Exit codes with --command and --script: 0 done, 1 it could not be done (no dongle, no robot, a full disk: not\n\
         everything was recorded), 2 wrong usage, 3 refused by the robot or too late, 4 no answer or no longer heard, 5 the robot stopped itself. However it ends, the\n\
@@ -64,6 +65,10 @@ pub struct Console {
     /// Run a script without a screen: a command a line, `#` begins a comment, a number before a command is its time in s
     #[arg(long, value_name = "FILE", conflicts_with = "command")]
     script: Option<PathBuf>,
+    /// Send the parameters of a robot file to the robot, the extended file of a diagnosis, say, and save them there. --robot is
+    /// the file that it was flashed with
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["command", "script"])]
+    push: Option<PathBuf>,
     /// Pick the robot that commands are for: by name or address
     #[arg(long, value_name = "ROBOT")]
     pick: Option<String>,
@@ -100,8 +105,8 @@ impl Console {
         }
         let tick_s = robot.controller.as_ref().map_or(1e-3, |controller| controller.tick_s.value);
         engine.record(&self.common.out, tick_s).map_err(Report::from)?;
-        if self.command.is_some() || self.script.is_some() {
-            return self.without_screen(&mut engine);
+        if self.command.is_some() || self.script.is_some() || self.push.is_some() {
+            return self.without_screen(&mut engine, &robot);
         }
         let options = ScreenOptions::detect(self.no_color, self.ascii);
         let ended = screen::run(&mut engine, &options).map(|()| ExitCode::SUCCESS);
@@ -135,25 +140,31 @@ impl Console {
         Ok((simulation, keys))
     }
 
-    fn without_screen(&self, engine: &mut Engine<SerialLine>) -> Result<ExitCode, Failure> {
+    fn without_screen(&self, engine: &mut Engine<SerialLine>, robot: &Robot) -> Result<ExitCode, Failure> {
         let cancelled = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&cancelled);
         ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
             .into_diagnostic()
             .wrap_err("Ctrl-C cannot be caught, so no motor is started")?;
-        let ended = self.run_commands(engine, &|| cancelled.load(Ordering::Relaxed));
+        let ended = self.run_commands(engine, robot, &|| cancelled.load(Ordering::Relaxed));
         engine.finish();
         let ended = if cancelled.load(Ordering::Relaxed) { Err(miette!("stopped on request").into()) } else { ended };
         conclude(engine, ended)
     }
 
-    fn run_commands(&self, engine: &mut Engine<SerialLine>, cancelled: &dyn Fn() -> bool) -> Result<ExitCode, Failure> {
+    fn run_commands(
+        &self,
+        engine: &mut Engine<SerialLine>,
+        robot: &Robot,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<ExitCode, Failure> {
         let words: Vec<&str> = self.command.iter().flat_map(|text| text.split(';')).map(str::trim).collect();
         let wrong = |problem: String| Failure::Usage(miette!("{problem}"));
         // What is wrong is said before anything is waited for.
         if let Some(text) = &self.command {
             scram::console::check(text).map_err(wrong)?;
         }
+        let pushed = self.push.as_deref().map(load_robot).transpose()?;
         let only_list = !words.is_empty() && words.iter().all(|word| *word == "list");
         let patience = if only_list { LIST_PATIENCE } else { ROBOT_PATIENCE };
         let here = runner::wait_for_robots(engine, only_list, patience, cancelled).map_err(Report::from)?;
@@ -167,6 +178,9 @@ impl Console {
                 help = "is its battery in? `--command list` lists the robots; `--pick` picks another one",
                 "robot {name} does not answer"
             )));
+        }
+        if let Some(file) = &pushed {
+            return Ok(ExitCode::from(self.push(engine, file, robot, cancelled)?.code()));
         }
         let mut end = End::Done;
         match (&self.command, &self.script) {
@@ -188,6 +202,41 @@ impl Console {
         Ok(ExitCode::from(end.code()))
     }
 
+    /// Sends what a robot file asks of the robot's parameters; `built_in` is the file of its image.
+    fn push(
+        &self,
+        engine: &mut Engine<SerialLine>,
+        file: &Robot,
+        built_in: &Robot,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<End, Failure> {
+        let mut answered = Vec::new();
+        let mut end = submit(engine, &push::questions(), cancelled, &mut |told| match told {
+            Output::Answer { parameter: Some(parameter), .. } => answered.push(parameter),
+            other => self.tell(&other),
+        })?;
+        if end != End::Done {
+            return Ok(end);
+        }
+        let pushed = push::push(file, built_in, &answered).into_diagnostic()?;
+        let commands = pushed.commands();
+        if commands.is_empty() {
+            say("the robot has every parameter that can be sent already");
+        } else {
+            end = submit(engine, &commands, cancelled, &mut |told| self.tell(&told))?;
+        }
+        for left in &pushed.left {
+            say(&format!("not sent: {left}"));
+        }
+        if pushed.needs_flashing {
+            say(
+                "not sent: motor, load, supply, sensor map and the gains that follow from them are built into the firmware: flash \
+                 the robot with this file to take them over",
+            );
+        }
+        Ok(if end == End::Done && !pushed.left.is_empty() { End::Refused } else { end })
+    }
+
     fn run_part(
         &self,
         engine: &mut Engine<SerialLine>,
@@ -206,8 +255,7 @@ impl Console {
                 self.tell_state(engine, selected)?;
             }
             commands => {
-                engine.submit(commands).map_err(|problem| Failure::Usage(miette!("{problem}")))?;
-                return Ok(runner::run(engine, &mut |told| self.tell(&told), cancelled).map_err(Report::from)?);
+                return submit(engine, commands, cancelled, &mut |told| self.tell(&told));
             }
         }
         Ok(End::Done)
@@ -258,6 +306,17 @@ impl Console {
             Output::Robot(_) => {}
         }
     }
+}
+
+/// Runs commands to their end.
+fn submit(
+    engine: &mut Engine<SerialLine>,
+    commands: &str,
+    cancelled: &dyn Fn() -> bool,
+    told: &mut dyn FnMut(Output),
+) -> Result<End, Failure> {
+    engine.submit(commands).map_err(|problem| Failure::Usage(miette!("{problem}")))?;
+    Ok(runner::run(engine, told, cancelled).map_err(Report::from)?)
 }
 
 /// `status` and `list` by themselves, everything between them together: a program keeps its waits.

@@ -14,11 +14,14 @@ use recording::{Loaded, ReadOptions, Recording, require_same_rig};
 use robot_file::Robot;
 use robot_file::edit::Document;
 use scram::progress::bar;
+use serde::Serialize;
+use simulation::{Comparison, tracking_gain};
 
 use super::design_experiment::propose;
 use super::import::{self, MappingArgs, WindowArgs};
 use super::pair::KeysFile;
 use super::run_directory::DIAGNOSED;
+use super::sim::tracked;
 use super::then_run::Place;
 use super::{Common, Done, Failure, load_robot, print, print_json, say, table, write};
 
@@ -84,6 +87,31 @@ struct Files {
     json: PathBuf,
 }
 
+/// A diagnosis, and what the robot gains by it.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    /// What the robot of the extended file tracks under the controller of the file and under its own. Empty where nothing was
+    /// found, or the file has no controller.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tracking: Vec<Comparison>,
+}
+
+/// What the robot gains by its extended model, where one was found and the robot has a controller.
+fn gained(robot: &Robot, diagnosis: &Diagnosis, models: &[Document]) -> Result<Vec<Comparison>, Report> {
+    let stands = matches!(diagnosis.verdict, Verdict::Explained | Verdict::Ambiguous);
+    let Some(extended) = models.first().filter(|_| stands && robot.controller.is_some()) else { return Ok(Vec::new()) };
+    match tracking_gain(robot, &extended.robot()?) {
+        Ok(compared) => Ok(compared),
+        // A fitted number may be beyond what a controller takes: the diagnosis holds all the same.
+        Err(why) => {
+            say(&format!("what the robot gains is not shown: {why}"));
+            Ok(Vec::new())
+        }
+    }
+}
+
 impl Diagnose {
     pub fn run(&self) -> Done {
         let common = &self.common;
@@ -114,8 +142,9 @@ impl Diagnose {
         let models: Result<Vec<Document>, Report> =
             std::iter::once(&detail.extended).chain(&detail.rivals).map(|fitted| self.with(fitted, detail)).collect();
         let written = models.as_deref().unwrap_or(&[]);
-        let files = DIAGNOSED.fill(out, self.overwrite, |out| self.save(robot, &diagnosis, written, out))?;
-        self.tell(robot, &diagnosis, &files)?;
+        let told = Told { diagnosis: &diagnosis, tracking: gained(robot, &diagnosis, written)? };
+        let files = DIAGNOSED.fill(out, self.overwrite, |out| self.save(robot, &told, written, out))?;
+        self.tell(robot, &told, &files)?;
         models?;
         Ok(files)
     }
@@ -147,20 +176,25 @@ impl Diagnose {
     }
 
     /// Prints the diagnosis and where it was written.
-    fn tell(&self, robot: &Robot, diagnosis: &Diagnosis, files: &Files) -> Done {
+    fn tell(&self, robot: &Robot, told: &Told<'_>, files: &Files) -> Done {
+        let diagnosis = told.diagnosis;
         let own = [Some(&files.page), files.robot.as_ref(), Some(&files.json)];
         let shown = |path: &PathBuf| path.display().to_string();
         let paths: Vec<String> = own.into_iter().flatten().chain(&files.rivals).map(shown).collect();
         let written = format!("written: {}", paths.join(", "));
         if self.common.json {
             say(&written);
-            print_json(diagnosis)?;
+            print_json(told)?;
             return Ok(());
         }
         for line in &diagnosis.detail.summary {
             print(line);
         }
         print(&table::facts(facts(diagnosis)));
+        if !told.tracking.is_empty() {
+            let is = "of the extended file";
+            print(&tracked(&told.tracking, &format!("controller of {}", self.common.robot.display()), is));
+        }
         print(&written);
         if let (Some(file), true) = (&files.robot, robot.controller.is_some()) {
             print(&format!("try it: scram sim --robot {}", file.display()));
@@ -172,7 +206,7 @@ impl Diagnose {
         Ok(())
     }
 
-    fn save(&self, robot: &Robot, diagnosis: &Diagnosis, models: &[Document], out: &Path) -> Result<Files, Report> {
+    fn save(&self, robot: &Robot, told: &Told<'_>, models: &[Document], out: &Path) -> Result<Files, Report> {
         let paths: Vec<PathBuf> = (1..=models.len()).map(|number| out.join(model_file(number))).collect();
         let files = Files {
             page: out.join("report.html"),
@@ -184,14 +218,15 @@ impl Diagnose {
             robot: robot.name.clone(),
             robot_file: self.common.robot.display().to_string(),
             extended_file: files.robot.as_ref().map(|file| file.display().to_string()),
+            tracking: told.tracking.clone(),
         };
         // First what can be refused, so that no report speaks of a model that was not written.
         for (model, file) in models.iter().zip(&paths) {
             self.common.save(model, file)?;
         }
         remove_others(out, models.len() + 1)?;
-        write(&files.page, &html(diagnosis, &about))?;
-        let json = serde_json::to_string_pretty(diagnosis).map_err(|e| miette!("diagnosis.json: {e}"))?;
+        write(&files.page, &html(told.diagnosis, &about))?;
+        let json = serde_json::to_string_pretty(told).map_err(|e| miette!("diagnosis.json: {e}"))?;
         write(&files.json, &(json + "\n"))?;
         Ok(files)
     }

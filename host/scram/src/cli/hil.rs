@@ -11,7 +11,7 @@ use simulation::{OnGround, SimError, closed_loop_in};
 
 use super::Done;
 use super::on_chip::OnChip;
-use super::sim::{Ran, Run, Task};
+use super::sim::{Beside, Ran, Run, Task};
 
 /// Run a chip's decisions on the simulated robot
 ///
@@ -53,7 +53,7 @@ impl Hil {
             Some(port) => self.on(Port::open(port).map_err(Report::from)?, &task, &parameters)?,
             None => self.on(self.qemu().map_err(Report::from)?, &task, &parameters)?,
         };
-        self.run.tell(&task, &ran, Some(&chip))
+        self.run.tell(&task, &ran, &Beside { chip: Some(&chip), before: None })
     }
 
     fn qemu(&self) -> Result<Qemu, HilError> {

@@ -14,6 +14,7 @@ mod import;
 mod new_rig;
 mod on_chip;
 mod pair;
+mod push;
 mod replay;
 mod run_directory;
 mod settings;

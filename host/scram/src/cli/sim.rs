@@ -9,15 +9,15 @@ use plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots, under_title};
 use recording::{Metadata, write_csv_run, write_mcap_run};
 use serde::Serialize;
 use simulation::{
-    Break, ClampedMetrics, Drive, DriveCommand, DriveError, ExpectedReaction, FaultReport, Metrics, Plan, Scheduled,
-    Trace, Walk, WalkMetrics,
+    Break, ClampedMetrics, Comparison, Drive, DriveCommand, DriveError, ExpectedReaction, FaultReport, Metrics, Plan,
+    Scheduled, Trace, Walk, WalkMetrics,
 };
 
 use super::on_chip::OnChip;
 use super::run_directory::{RUNS, warn_older};
 use super::settings::Settings;
 use super::walk::{self, Ground};
-use super::{Common, Done, Failure, print, print_json, table, write};
+use super::{Common, Done, Failure, load_robot, print, print_json, table, write};
 
 /// Longest run, s: everything of a run is held in memory.
 const LONGEST_S: f64 = 600.0;
@@ -41,8 +41,14 @@ const USUAL_S: f64 = 2.0;
     scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
     scram sim --out weak --overwrite                 into a directory of your own, again\n  \
     scram sim --set motor.resistance_ohm=18          another motor, without another file\n  \
+    scram sim --robot out/latest-diagnose/robot.toml --before robot.toml\n  \
+    \x20                                                what the extended model is worth to the controller\n  \
     scram sim --drive script:steps.txt               one order a line, see docs/recordings.md")]
 pub struct Sim {
+    /// Run the same robot under the controller of this robot file as well, and compare what both track: the file before its
+    /// model was extended, say
+    #[arg(long, value_name = "FILE")]
+    before: Option<PathBuf>,
     #[command(flatten)]
     run: Run,
 }
@@ -106,24 +112,69 @@ struct Output<'a> {
     walk: Option<&'a WalkMetrics>,
     #[serde(skip_serializing_if = "Option::is_none")]
     clamped: Option<&'a ClampedMetrics>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    chip: Option<&'a OnChip>,
+    #[serde(flatten)]
+    beside: &'a Beside<'a>,
     refused: Vec<String>,
     files: Vec<PathBuf>,
 }
 
+/// What is told beside the run itself.
+#[derive(Default, Serialize)]
+pub struct Beside<'a> {
+    /// The chip that decided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chip: Option<&'a OnChip>,
+    /// What the same robot tracks under another controller.
+    #[serde(skip_serializing_if = "Option::is_none", rename = "tracking")]
+    pub before: Option<&'a Comparison>,
+}
+
 impl Sim {
     pub fn run(&self) -> Done {
+        let before = self.before.as_deref().map(load_robot).transpose()?;
         let task = self.run.task()?;
-        let (robot, seed, settings) = (&task.robot, self.run.common.seed, hal_sim::Settings::default());
-        let ran = if task.walks {
-            let (trace, walk) = simulation::run_on_ground(robot, seed, &settings, &task.plan).map_err(Report::from)?;
-            Ran { trace, walk: Some(walk) }
-        } else {
-            Ran { trace: simulation::run(robot, seed, &settings, &task.plan).map_err(Report::from)?, walk: None }
-        };
-        self.run.tell(&task, &ran, None)
+        let ran = self.simulate(&task, &task.robot)?;
+        let was = before.map(|designed_from| self.simulate(&task, &designed_from)).transpose()?;
+        let compared = was.map(|was| {
+            let [was, is] = [&was, &ran].map(|ran| [simulation::metrics(&ran.trace)]);
+            simulation::compare(&self.run.drive, &was, &is)
+        });
+        self.run.tell(&task, &ran, &Beside { chip: None, before: compared.as_ref() })?;
+        if let (Some(compared), Some(file), false) = (&compared, &self.before, self.run.common.json) {
+            let [was, is] = [file, &self.run.common.robot].map(|file| format!("controller of {}", file.display()));
+            print(&tracked(std::slice::from_ref(compared), &was, &is));
+        }
+        Ok(())
     }
+
+    /// Runs the robot under the controller of a robot file.
+    fn simulate(&self, task: &Task, designed_from: &robot_file::Robot) -> Result<Ran, Report> {
+        let (robot, seed, settings) = (&task.robot, self.run.common.seed, hal_sim::Settings::default());
+        if task.walks {
+            let (trace, walk) =
+                simulation::run_on_ground_designed_from(designed_from, robot, seed, &settings, &task.plan)?;
+            Ok(Ran { trace, walk: Some(walk) })
+        } else {
+            let trace = simulation::run_designed_from(designed_from, robot, seed, &settings, &task.plan)?;
+            Ok(Ran { trace, walk: None })
+        }
+    }
+}
+
+/// What drives tracked under two controllers, as a table.
+pub(super) fn tracked(compared: &[Comparison], was: &str, is: &str) -> String {
+    let rows = compared.iter().flat_map(|one| {
+        let figures = one.rows.iter().map(|row| {
+            let value = |value: Option<f64>| table::or_dash(value, 3, if row.unit == "deg" { "°" } else { row.unit });
+            vec![one.drive.clone(), row.what.to_owned(), value(row.before), value(row.after)]
+        });
+        let ended = |why: &Option<String>| why.clone().unwrap_or_else(|| "–".to_owned());
+        let is_stopped = one.stopped.iter().any(Option::is_some);
+        let [was, is] = &one.stopped;
+        let stopped = is_stopped.then(|| vec![one.drive.clone(), "stopped by".to_owned(), ended(was), ended(is)]);
+        figures.chain(stopped).collect::<Vec<_>>()
+    });
+    table::columns(&["drive", "tracking", was, is], rows)
 }
 
 impl Run {
@@ -143,7 +194,7 @@ impl Run {
     }
 
     /// Writes the files of a run and says what happened.
-    pub fn tell(&self, task: &Task, ran: &Ran, chip: Option<&OnChip>) -> Done {
+    pub fn tell(&self, task: &Task, ran: &Ran, beside: &Beside<'_>) -> Done {
         let (robot, plan, trace) = (&task.robot, &task.plan, &ran.trace);
         if let Some(why) = trace.commands.first().and_then(|given| given.refusal.as_ref()) {
             let help =
@@ -167,7 +218,7 @@ impl Run {
                 metrics: &metrics,
                 walk: walked.as_ref(),
                 clamped: clamped.as_ref(),
-                chip,
+                beside,
                 refused,
                 files,
             })?;
@@ -179,7 +230,7 @@ impl Run {
         }
         let body = walked.iter().flat_map(walk::facts).chain(clamped.iter().flat_map(walk::clamped_facts));
         print(&table::facts(happened(trace, &metrics).into_iter().chain(body)));
-        if let Some(chip) = chip {
+        if let Some(chip) = beside.chip {
             print(&table::facts(chip.facts()));
         }
         for line in refused {
