@@ -144,15 +144,35 @@ impl Fit {
     /// stiff where it is absent, has a shape that does not touch its last value.
     #[must_use]
     pub fn has_size(&self, model: &FileModel, effect: Id) -> bool {
-        let places = model.numbers_of(effect, self);
-        let apart =
-            |place: usize, from: f64| (self.coordinates[place] - from).abs() > WIDE * self.deviation_at_scale(place);
-        let (sizes, shapes): (Vec<usize>, Vec<usize>) =
-            places.into_iter().partition(|&place| self.free[place].is_size());
+        let (sizes, shapes) = self.sizes_and_shapes(model, effect);
         if sizes.is_empty() {
-            return shapes.iter().any(|&place| apart(place, self.free[place].coordinate(self.free[place].high)));
+            let last = |place: usize| self.free[place].coordinate(self.free[place].high);
+            let apart =
+                |place: usize| (self.coordinates[place] - last(place)).abs() > WIDE * self.deviation_at_scale(place);
+            return shapes.into_iter().any(apart);
         }
-        sizes.into_iter().any(|place| apart(place, 0.0))
+        sizes.into_iter().any(|place| self.is_apart_from_zero(place, &[]))
+    }
+
+    /// The same where the numbers of the effect's shape are known, too: a high and narrow patch of friction and a low and wide one may
+    /// be one to the data, and the interval of its height then reaches beyond zero although no patch at all is ruled out.
+    #[must_use]
+    pub fn has_size_in_its_shape(&self, model: &FileModel, effect: Id) -> bool {
+        let (sizes, shapes) = self.sizes_and_shapes(model, effect);
+        sizes.into_iter().any(|place| self.is_apart_from_zero(place, &shapes)) || self.has_size(model, effect)
+    }
+
+    /// Places of an effect's numbers: those that say how large it is, and the others.
+    fn sizes_and_shapes(&self, model: &FileModel, effect: Id) -> (Vec<usize>, Vec<usize>) {
+        model.numbers_of(effect, self).into_iter().partition(|&place| self.free[place].is_size())
+    }
+
+    /// Whether a number's 95 % interval does not touch zero, were the scale of torques and some others known.
+    #[must_use]
+    pub fn is_apart_from_zero(&self, place: usize, known: &[usize]) -> bool {
+        let scale = self.free.iter().position(|one| one.number == Number::Resistance);
+        let known: Vec<usize> = known.iter().copied().chain(scale).collect();
+        self.coordinates[place].abs() > WIDE * self.deviation_given(place, &known)
     }
 
     /// How far the numbers are from where their priors have them, in squares of the priors' deviations.
@@ -186,9 +206,16 @@ impl Fit {
     #[must_use]
     pub fn deviation_at_scale(&self, index: usize) -> f64 {
         let scale = self.free.iter().position(|one| one.number == Number::Resistance);
-        let shared = scale
-            .filter(|&scale| self.covariance[(scale, scale)] > 0.0)
-            .map_or(0.0, |scale| self.covariance[(index, scale)].powi(2) / self.covariance[(scale, scale)]);
+        self.deviation_given(index, scale.as_slice())
+    }
+
+    /// The same if others were known: the conditional one of a normal distribution.
+    fn deviation_given(&self, index: usize, known: &[usize]) -> f64 {
+        let open = |&&place: &&usize| place != index && self.covariance[(place, place)] > 0.0;
+        let known: Vec<usize> = known.iter().filter(open).copied().collect();
+        let between = DMatrix::from_fn(known.len(), known.len(), |i, j| self.covariance[(known[i], known[j])]);
+        let with = DVector::from_fn(known.len(), |i, _| self.covariance[(known[i], index)]);
+        let shared = between.cholesky().map_or(0.0, |factor| with.dot(&factor.solve(&with)));
         (self.covariance[(index, index)] - shared).max(0.0).sqrt()
     }
 }

@@ -302,7 +302,7 @@ fn with_reason(error: DiagnoseError, robot: &Robot, fit: &[Recording], held_out:
 fn judged(session: &mut Session, fit: Fit) -> Candidate {
     let evaluation = session.evaluate(&fit);
     session.remember(&evaluation);
-    Candidate { effects: Vec::new(), fit, evaluation, sized: true, in_full: true }
+    Candidate { effects: Vec::new(), fit, evaluation, sized: true, sized_in_its_shape: true, in_full: true }
 }
 
 fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {

@@ -23,6 +23,8 @@ pub struct Candidate {
     pub evaluation: Evaluation,
     /// Each of its effects has a size whose interval does not touch zero.
     pub sized: bool,
+    /// The same where the numbers of its shape are known.
+    pub sized_in_its_shape: bool,
     /// Fitted to all rollouts, not only to those of a first look.
     pub in_full: bool,
 }
@@ -37,7 +39,9 @@ impl Candidate {
     /// A fit, judged.
     pub(super) fn of(session: &Session, fit: Fit, in_full: bool) -> Self {
         let sized = fit.effects.iter().all(|effect| fit.has_size(&session.model, *effect));
-        Self { effects: fit.effects.clone(), evaluation: session.evaluate(&fit), fit, sized, in_full }
+        let sized_in_its_shape = fit.effects.iter().all(|effect| fit.has_size_in_its_shape(&session.model, *effect));
+        let evaluation = session.evaluate(&fit);
+        Self { effects: fit.effects.clone(), evaluation, fit, sized, sized_in_its_shape, in_full }
     }
 
     /// Takes over another fit of the same effects where it does better; one whose numbers the file rules out must do much better

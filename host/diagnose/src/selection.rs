@@ -120,6 +120,12 @@ pub struct Selection<'a> {
     pub bootstrap: &'a Bootstrap,
 }
 
+/// Whether a model's effects are there at all. One effect that is to stand for most of the misfit is asked in its fitted shape; of a
+/// second one, which may take away little, the shape must not be made for its size.
+fn is_sized(model: &Candidate) -> bool {
+    if model.effects.len() == 1 { model.sized_in_its_shape } else { model.sized }
+}
+
 /// Share of an RMSE that is gone, from mean squares.
 fn share(before: f64, after: f64) -> f64 {
     1.0 - (after / before).sqrt()
@@ -203,7 +209,7 @@ impl Selection<'_> {
         }
         for effects in [1, 2] {
             let reached: Vec<usize> = (0..self.candidates.len())
-                .filter(|&i| self.candidates[i].effects.len() == effects && self.candidates[i].sized)
+                .filter(|&i| self.candidates[i].effects.len() == effects && is_sized(&self.candidates[i]))
                 .filter(|&i| self.reaches(&self.candidates[i]))
                 .filter(|&i| self.beats(&self.candidates[i], self.baseline))
                 .collect();
@@ -299,7 +305,7 @@ impl Selection<'_> {
         let fit = &self.candidates[best].fit;
         let astray = fit.at_bounds() > 0 || fit.strayed();
         if astray
-            || !self.candidates[best].sized
+            || !is_sized(&self.candidates[best])
             || all < LEAST_OVERALL
             || value < SUBSTANTIAL
             || low < 0.5 * SUBSTANTIAL
@@ -357,7 +363,7 @@ mod tests {
             covariance: DMatrix::zeros(0, 0),
         };
         let evaluation = Evaluation { rolled: Vec::new(), errors: vec![(mean_square, 1.0); 100], starts: Vec::new() };
-        Candidate { effects, fit, evaluation, sized: true, in_full: true }
+        Candidate { effects, fit, evaluation, sized: true, sized_in_its_shape: true, in_full: true }
     }
 
     fn decide(baseline: f64, candidates: &[Candidate]) -> Decision {

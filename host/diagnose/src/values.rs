@@ -12,17 +12,31 @@ use super::numbers::Number;
 use super::screen::{Direction, Screen, Screened};
 use super::verdict::{FittedParameter, Limit};
 
-/// Value and 95 % interval of a number of a fit in SI and radians, inside the bounds.
-fn range(fit: &Fit, i: usize) -> [f64; 3] {
+/// Value and 95 % interval of a number of a fit in SI and radians, inside the bounds; `shapes` are the places of the others of its
+/// effect that say how it looks.
+fn range(fit: &Fit, i: usize, shapes: &[usize]) -> [f64; 3] {
     let (free, at) = (&fit.free[i], fit.coordinates[i]);
     let slopes: Vec<(usize, f64)> = vec![(i, 1.0)];
     let [low, high] = match free.scale {
         Scale::Linear(_) if free.follows_scale != 0.0 => in_ratio(fit, at, &slopes),
         _ => None,
     }
+    .or_else(|| in_ratio_with_its_shape(fit, i, shapes))
     .unwrap_or_else(|| [-1.0, 1.0].map(|side| at + side * WIDE * fit.deviation(i).min(1e3)));
     let inside = |coordinate: f64| free.number(coordinate).clamp(free.low, free.high);
     [free.number(at), inside(low), inside(high)]
+}
+
+/// The interval of a size that is there beyond doubt in the fitted shape, and uncertain only because another shape of another size
+/// does as well: in ratio, for zero is none of them.
+fn in_ratio_with_its_shape(fit: &Fit, i: usize, shapes: &[usize]) -> Option<[f64; 2]> {
+    let (value, deviation) = (fit.coordinates[i], fit.deviation(i));
+    let doubtful = fit.free[i].is_size() && value.abs() <= WIDE * deviation;
+    (doubtful && fit.is_apart_from_zero(i, shapes)).then(|| {
+        let factor = (WIDE * deviation / value.abs()).min(20.0).exp();
+        let ends = [value / factor, value * factor];
+        if value > 0.0 { ends } else { [ends[1], ends[0]] }
+    })
 }
 
 /// The 95 % interval of a value that changes so with coordinates of a fit, where it is known but for the scale of torques: in ratio,
@@ -53,7 +67,7 @@ fn variance(fit: &Fit, slopes: &[(usize, f64)]) -> f64 {
 pub fn fitted(robot: &Robot, model: &FileModel, fit: &Fit) -> Vec<FittedParameter> {
     let mut out = Vec::new();
     for (i, free) in fit.free.iter().enumerate() {
-        out.extend(motor(robot, free.number, range(fit, i)));
+        out.extend(motor(robot, free.number, range(fit, i, &[])));
     }
     for (id, values) in model.values(&fit.effects, |number| fit.value(number)) {
         out.extend(of_table(robot, model, fit, id, &values));
@@ -84,10 +98,11 @@ fn of_table(robot: &Robot, model: &FileModel, fit: &Fit, id: Id, values: &[f64])
 fn interval(model: &FileModel, fit: &Fit, id: Id, place: usize, value: f64) -> Option<[f64; 3]> {
     let own: Vec<usize> = model.numbers_of(id, fit);
     let slopes: Vec<f64> = own.iter().map(|&i| slope(model, fit, id, place, i)).collect();
+    let shapes: Vec<usize> = own.iter().copied().filter(|&i| !fit.free[i].is_size()).collect();
     let moving: Vec<(usize, f64)> = own.into_iter().zip(slopes).filter(|(_, slope)| *slope != 0.0).collect();
     match moving.as_slice() {
         [] => None,
-        &[(i, _)] if fit.value(fit.free[i].number) == Some(value) => Some(range(fit, i)),
+        &[(i, _)] if fit.value(fit.free[i].number) == Some(value) => Some(range(fit, i, &shapes)),
         several => {
             let key = &id.spec().parameters[place];
             let follows = several.iter().any(|(i, _)| fit.free[*i].follows_scale != 0.0);

@@ -1,12 +1,13 @@
 //! Recordings of `scram sim`, diagnosed with the file that they were simulated from.
 //!
-//! `cargo own-recordings` runs 60 sets with nothing missing and 30 with one listed effect taken out of the file. Exit code 0:
-//! every bar is reached, 1: one is missed or it could not be done, 2: wrong usage.
+//! `cargo own-recordings` runs 60 sets with nothing missing, 30 with one listed effect taken out of the file, and 30 that no
+//! diagnosis can tell until the experiment that it designs is run. Exit code 0: every bar is reached, 1: one is missed or it
+//! could not be done, 2: wrong usage.
 
 use std::process::ExitCode;
 
 use clap::Parser;
-use system_tests::own::{Outcome, examine, sets};
+use system_tests::own::{Outcome, PairOutcome, examine, examine_pair, sets};
 use system_tests::seeds;
 
 /// Diagnose the simulator's own recordings with their own file.
@@ -14,7 +15,7 @@ use system_tests::seeds;
 #[command(after_help = "Examples:
   cargo own-recordings                    every set, as the long campaign has them
   cargo own-recordings --release-seeds    the same on seeds from the operating system's entropy, printed first
-  cargo own-recordings --nothing 12 --missing 2 --show-missing    what every change must pass
+  cargo own-recordings --nothing 12 --missing 2 --pairs 2 --show-missing    what every change must pass
 
 Exit codes: 0 every bar is reached, 1 one is missed or it could not be done, 2 wrong usage.")]
 struct Arguments {
@@ -24,6 +25,9 @@ struct Arguments {
     /// Sets with one effect taken out of the file
     #[arg(long, default_value_t = 30)]
     missing: usize,
+    /// Sets of steady runs that cannot tell one effect from others, and the experiment that can
+    #[arg(long, default_value_t = 30)]
+    pairs: usize,
     /// Of the sets with one effect taken out, judge only that none gets a false name, and just show how many are right:
     /// the bar of three in thirty leaves no room for a miss in fewer than ten sets
     #[arg(long)]
@@ -79,5 +83,32 @@ fn main() -> ExitCode {
     bar("nothing is missing", &nothing, Some(nothing.len() * 2 / 60));
     let missing = examined(arguments.missing, true);
     bar("an effect is missing", &missing, (!arguments.show_missing).then_some(missing.len() * 3 / 30));
+    if arguments.pairs > 0 {
+        let outcomes: Vec<PairOutcome> = (0..arguments.pairs as u64)
+            .map(|i| seed + i)
+            .filter(|seed| arguments.only.is_empty() || arguments.only.contains(seed))
+            .map(|seed| {
+                let outcome = examine_pair(seed);
+                println!("{}", outcome.line());
+                outcome
+            })
+            .collect();
+        reached &= pairs_bar(&outcomes);
+    }
     if reached { ExitCode::SUCCESS } else { ExitCode::from(1) }
+}
+
+/// At most one single name in thirty, and twenty-six that the experiment separates.
+fn pairs_bar(outcomes: &[PairOutcome]) -> bool {
+    let count = |pick: fn(&PairOutcome) -> bool| outcomes.iter().filter(|outcome| pick(outcome)).count();
+    let (sets, single) = (outcomes.len(), count(|one| one.single));
+    let (proposed, separated) = (count(|one| one.proposed), count(|one| one.separated));
+    let (least, most) = (sets - sets * 4 / 30, sets / 30);
+    let passed = single <= most && separated >= least;
+    println!(
+        "{} what steady runs cannot tell: {single} single names (bar: at most {most}), {proposed} of {sets} with an experiment, \
+         {separated} separated by it (bar: {least})",
+        if passed { "ok  " } else { "MISS" },
+    );
+    passed
 }

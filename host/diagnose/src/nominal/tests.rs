@@ -18,6 +18,8 @@ use super::super::values;
 use super::super::verdict::FittedParameter;
 use super::FileModel;
 
+mod coverage;
+
 const SECONDS: f64 = 6.0;
 /// Standard deviation of the readings' noise, rad.
 const NOISE: f64 = 1e-3;
@@ -45,10 +47,15 @@ const SURE: f64 = 0.6;
 const ALL: [u32; 4] = [0, 1, 2, 3];
 
 fn run(robot: &Robot, kind: u32) -> Recording {
+    run_of(robot, kind, u64::from(kind))
+}
+
+/// The same with the noise of a seed.
+fn run_of(robot: &Robot, kind: u32, seed: u64) -> Recording {
     let settings = Settings { start_angle: Some(0.3 + f64::from(kind)), ..Settings::default() };
     let mut simulated = SimulatedRobot::with(robot, 1, &settings);
     let scale = angle_scale(&robot.sensor);
-    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(u64::from(kind));
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
     let mut out = Recording::default();
     let (mut duties, mut angles) = (Vec::new(), Vec::new());
     for k in 0..(SECONDS * 1e3) as u32 {
@@ -77,9 +84,14 @@ fn run(robot: &Robot, kind: u32) -> Recording {
 
 /// The parameters that a fit of the effect alone finds, with their intervals, from the best of its starts.
 fn fitted(effect: &str, plain: &Robot, runs: &[Recording]) -> Vec<FittedParameter> {
-    let id = Id::of(effect).unwrap();
     let mut model = FileModel::new(plain);
     model.free.clear();
+    fitted_by(effect, plain, model, runs)
+}
+
+/// The same beside the free numbers of a model.
+fn fitted_by(effect: &str, plain: &Robot, model: FileModel, runs: &[Recording]) -> Vec<FittedParameter> {
+    let id = Id::of(effect).unwrap();
     let tracks: Vec<Track> = runs.iter().enumerate().map(|(i, run)| Track::new(plain, run, i).unwrap()).collect();
     let data = Data { tracks: &tracks, sigma: NOISE, sigma_current: None };
     let starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();

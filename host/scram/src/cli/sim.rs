@@ -55,7 +55,10 @@ pub struct Sim {
 
 /// What is run, wherever the decisions are made.
 #[derive(Args)]
-#[command(mut_arg("out", |arg| arg.default_value(RUNS.numbered).help("Directory for what is written")))]
+#[command(
+    mut_arg("out", |arg| arg.default_value(RUNS.numbered).help("Directory for what is written")),
+    mut_arg("seed", |arg| arg.help("Seed of the specimen, its sensor's errors, say, and of the noise: recordings of one robot have one seed"))
+)]
 pub struct Run {
     /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), or script:FILE
     #[arg(long, default_value = "freq:7", allow_hyphen_values = true)]

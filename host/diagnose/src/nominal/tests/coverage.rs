@@ -1,0 +1,149 @@
+//! How often the intervals of a fit hold the truth: every effect that a fit moves is put into simulated robots whose motors scatter
+//! about the file as its ranges say, and fitted to noisy readings together with the motor's numbers.
+
+use std::collections::BTreeMap;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use robot_file::robot::Quantity;
+
+use super::*;
+
+/// An effect with its values, keys as in the robot file.
+type Case = (&'static str, &'static [(&'static str, f64)]);
+
+/// Of every effect one, of a size that such runs show well.
+const CASES: [Case; 25] = [
+    ("coulomb_friction", &[("torque_nm", 4e-4), ("presliding_deg", 0.5)]),
+    (
+        "stribeck_friction",
+        &[("torque_nm", 3e-4), ("breakaway_excess_nm", 3e-4), ("speed_rad_per_s", 4.0), ("presliding_deg", 0.5)],
+    ),
+    ("load_friction", &[("coefficient", 0.2), ("presliding_deg", 0.5)]),
+    ("directional_friction", &[("forward_nm", 3e-4), ("backward_nm", 1e-4), ("presliding_deg", 0.5)]),
+    (
+        "friction_patch",
+        &[
+            ("torque_nm", 3e-4),
+            ("middle_deg", 80.0),
+            ("half_width_deg", 35.0),
+            ("edge_deg", 5.0),
+            ("presliding_deg", 0.5),
+        ],
+    ),
+    ("bias_torque", &[("torque_nm", -1.5e-4)]),
+    ("gravity_tilt", &[("torque_nm", 3e-4), ("direction_deg", 40.0)]),
+    ("torque_ripple", &[("order_per_turn", 7.0), ("torque_nm", 2e-4), ("phase_deg", 40.0)]),
+    ("quadratic_drag", &[("drag_nm_s2_per_rad2", 2e-8)]),
+    ("cubic_drag", &[("drag_nm_s3_per_rad3", 1e-10)]),
+    ("shaft_compliance", &[("stiffness_nm_per_rad", 4e-3), ("damping_ratio", 0.1), ("load_share", 0.35)]),
+    ("backlash", &[("gap_deg", 4.0), ("stiffness_nm_per_rad", 0.8), ("damping_ratio", 1.0), ("load_share", 0.35)]),
+    ("driver_drop", &[("drop_v", 0.6), ("slope_ohm", 1.0)]),
+    ("driver_drop_by_command", &[("drop_v", 0.6)]),
+    ("driver_deadband", &[("width_duty", 0.06)]),
+    ("driver_dead_time", &[("lost_duty", 0.06)]),
+    ("battery_discharge", &[("fall_v_per_as", 2.0)]),
+    ("winding_heating", &[("rise_k_per_w", 150.0), ("time_s", 3.0)]),
+    ("grease_warming", &[("thinning_per_w", 2e3), ("time_s", 3.0)]),
+    ("sensor_delay", &[("delay_s", 3.6e-3)]),
+    ("sensor_lag", &[("time_s", 8e-3)]),
+    ("sensor_hysteresis", &[("gap_deg", 2.0)]),
+    ("held_samples", &[("held_share", 0.6)]),
+    ("clock_drift", &[("drift_ppm", 800.0)]),
+    ("command_latency", &[("latency_s", 3.6e-3)]),
+];
+
+/// From the 95 % that is stated to the 90 % that is counted, as normal deviations.
+const TO_90: f64 = 1.645 / 1.96;
+
+/// How often the 90 % interval of a parameter held the truth.
+#[derive(Default)]
+struct Held {
+    times: usize,
+    of: usize,
+}
+
+/// A motor of the file's kind: its numbers are drawn as their ranges say, one standard deviation to either end.
+fn specimen(plain: &Robot, with: &Robot, seed: u64) -> (Robot, BTreeMap<String, f64>) {
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+    let (mut robot, mut truth) = (with.clone(), BTreeMap::new());
+    let mut drawn = |path: &str, quantity: &mut Quantity| {
+        let normal: f64 = StandardNormal.sample(&mut random);
+        quantity.value *= (0.5 * (quantity.high / quantity.low).ln() * normal.clamp(-2.0, 2.0)).exp();
+        truth.insert(path.to_owned(), quantity.value);
+    };
+    drawn("motor.resistance_ohm", &mut robot.motor.resistance_ohm);
+    drawn("motor.torque_constant_nm_per_a", &mut robot.motor.torque_constant_nm_per_a);
+    drawn("motor.viscous_nm_s_per_rad", &mut robot.motor.viscous_nm_s_per_rad);
+    // Rotor and load are told by their sum alone, so they scatter together.
+    let rotor = robot.motor.rotor_inertia_kg_m2.value;
+    drawn("motor.rotor_inertia_kg_m2", &mut robot.motor.rotor_inertia_kg_m2);
+    let factor = robot.motor.rotor_inertia_kg_m2.value / rotor;
+    robot.load.inertia_kg_m2.value = factor * plain.load.inertia_kg_m2.value;
+    (robot, truth)
+}
+
+/// The best fit of an effect with the motor's numbers.
+fn fitted_with_motor(effect: &str, plain: &Robot, runs: &[Recording]) -> Vec<FittedParameter> {
+    fitted_by(effect, plain, FileModel::new(plain), runs)
+}
+
+/// Counts for one effect over seeds.
+fn held((effect, values): Case, seeds: std::ops::Range<u64>) -> BTreeMap<String, Held> {
+    let (plain, with) = robots(effect, values);
+    let found: Vec<(BTreeMap<String, f64>, Vec<FittedParameter>)> = seeds
+        .into_par_iter()
+        .map(|seed| {
+            let (robot, mut truth) = specimen(&plain, &with, seed);
+            truth.extend(values.iter().map(|(key, value)| (format!("effects.{effect}.{key}"), *value)));
+            let runs = ALL.map(|kind| run_of(&robot, kind, 1000 * seed + u64::from(kind)));
+            (truth, fitted_with_motor(effect, &plain, &runs))
+        })
+        .collect();
+    let mut counts: BTreeMap<String, Held> = BTreeMap::new();
+    for (truth, parameters) in &found {
+        for one in parameters {
+            let Some(truth) = truth.get(&one.path) else { continue };
+            let [low, high] = [one.low, one.high].map(|end| one.value + TO_90 * (end - one.value));
+            let count = counts.entry(one.path.clone()).or_default();
+            count.of += 1;
+            count.times += usize::from((low..=high).contains(truth));
+        }
+    }
+    counts
+}
+
+/// Prints and sums up the counts of cases.
+fn campaign(cases: &[Case], seeds: std::ops::Range<u64>) -> Held {
+    let mut all = Held::default();
+    for case in cases {
+        for (path, Held { times, of }) in held(*case, seeds.clone()) {
+            println!("{:<26} {path:<50} {times:>3} of {of}", case.0);
+            all.times += times;
+            all.of += of;
+        }
+    }
+    println!("in all {} of {}: {:.1} %", all.times, all.of, 100.0 * all.times as f64 / all.of as f64);
+    all
+}
+
+#[test]
+fn intervals_hold_the_truth_as_often_as_they_say() {
+    let Held { times, of } = campaign(&[CASES[5], CASES[13]], 0..12);
+    // Ninety in a hundred of 120, less three standard deviations of a count whose parts hang together.
+    assert!(times * 100 >= 80 * of, "{times} of {of}");
+    assert!(of >= 100, "{of} intervals");
+}
+
+#[test]
+#[ignore = "a quarter of an hour: .ci/long"]
+fn every_effects_intervals_hold_the_truth_as_often_as_they_say() {
+    let drawn = || u64::from(SystemTime::now().duration_since(UNIX_EPOCH).unwrap().subsec_nanos());
+    let seed = std::env::var("SCRAM_SEED").map_or_else(|_| 1000 + drawn(), |seed| seed.parse().unwrap());
+    println!("seeds from {seed}");
+    let Held { times, of } = campaign(&CASES, seed..seed + 30);
+    let share = times as f64 / of as f64;
+    assert!((0.85..0.95).contains(&share), "{share}");
+}
