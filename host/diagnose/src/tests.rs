@@ -2,16 +2,18 @@
 //! richer world hides is the system tests' business.
 
 use effects::{
-    BiasTorque, CoulombFriction, DriverDeadband, DriverDrop, GravityTilt, Laws, LoadFriction, ShaftCompliance,
+    BiasTorque, CoulombFriction, DriverDeadband, DriverDrop, GravityTilt, Id, Laws, LoadFriction, ShaftCompliance,
     StribeckFriction, TorqueRipple,
 };
 use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use robot_file::robot::Quantity;
 
+use super::nominal::FileModel;
 use super::numbers::Number;
 use super::*;
 use recording::{AngleReading, Drive, Recording};
@@ -264,6 +266,28 @@ fn an_unknown_scale_of_torques_hides_no_effect() {
     // By a factor of four either way the file does not know the scale: the interval is one of ratios.
     let [value, low, high] = diagnosis.causes[0].parameters["torque_nm"];
     assert!(low > 0.0 && high > 1.1 * value && low < 2e-4 && high > 2e-4, "{value}: {low} … {high}");
+}
+
+#[test]
+fn a_size_that_only_its_shape_leaves_open_is_a_size() {
+    let (model, patch) = (FileModel::new(&bench()), Id::of("friction_patch").unwrap());
+    let mut fit = Fit::begin(&model, &[patch], 0, Vec::new());
+    let places = model.numbers_of(patch, &fit);
+    let (height, width) = (places[0], places[2]);
+    assert!(fit.free[height].is_size() && !fit.free[width].is_size());
+    // Twice its deviation is less than 95 % from zero where the width is open.
+    fit.coordinates[height] = 1.0;
+    fit.covariance = DMatrix::identity(fit.free.len(), fit.free.len()) * 1e-6;
+    fit.covariance[(height, height)] = 1.0;
+    fit.covariance[(width, width)] = 1.0;
+    assert!(!fit.has_size(&model, patch) && !fit.has_size_in_its_shape(&model, patch));
+    // A higher and narrower patch does as well: of a known width the height is known to a seventh.
+    fit.covariance[(height, width)] = -0.99;
+    fit.covariance[(width, height)] = -0.99;
+    assert!(!fit.has_size(&model, patch) && fit.has_size_in_its_shape(&model, patch));
+    let found = values::fitted(&bench(), &model, &fit);
+    let height = found.iter().find(|one| one.path == "effects.friction_patch.torque_nm").unwrap();
+    assert!(height.low > 0.0 && height.low < 0.5 * height.value && height.high > 2.0 * height.value, "{height:?}");
 }
 
 #[test]
