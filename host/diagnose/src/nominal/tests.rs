@@ -84,14 +84,9 @@ fn run_of(robot: &Robot, kind: u32, seed: u64) -> Recording {
 
 /// The parameters that a fit of the effect alone finds, with their intervals, from the best of its starts.
 fn fitted(effect: &str, plain: &Robot, runs: &[Recording]) -> Vec<FittedParameter> {
+    let id = Id::of(effect).unwrap();
     let mut model = FileModel::new(plain);
     model.free.clear();
-    fitted_by(effect, plain, model, runs)
-}
-
-/// The same beside the free numbers of a model.
-fn fitted_by(effect: &str, plain: &Robot, model: FileModel, runs: &[Recording]) -> Vec<FittedParameter> {
-    let id = Id::of(effect).unwrap();
     let tracks: Vec<Track> = runs.iter().enumerate().map(|(i, run)| Track::new(plain, run, i).unwrap()).collect();
     let data = Data { tracks: &tracks, sigma: NOISE, sigma_current: None };
     let starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();
