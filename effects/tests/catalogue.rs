@@ -130,7 +130,9 @@ fn mentions(folder: &Path, found: &mut Vec<(String, &'static str, String)>) {
         let path = folder.join(entry.file_name());
         let stem = path.file_stem().unwrap().to_string_lossy();
         if entry.path().is_dir() {
-            mentions(&path, found);
+            if stem != "tests" {
+                mentions(&path, found);
+            }
             continue;
         }
         let file = path.to_string_lossy().replace('\\', "/");
