@@ -18,6 +18,8 @@ const TRACE: (f64, f64) = (1.22, 0.975);
 const PAIR_TRACE: (f64, f64) = (1.22, 0.95);
 /// The refitted nominal model has nothing to explain up to this factor.
 const NOTHING: f64 = 1.08;
+/// Up to this factor a model stands at the floor: that itself is known no better.
+const AT_FLOOR: f64 = 1.02;
 /// A cause that does not reach the floor is still named if it removes this share of the held-out error: half of its
 /// mean square.
 const SUBSTANTIAL: f64 = 0.29;
@@ -286,10 +288,11 @@ impl Selection<'_> {
     }
 
     /// Whether another model is behind the best by no more than that one itself leaves over the floor: a law that misses by as much
-    /// is not so right that the other must be wrong, however sure the difference is.
+    /// is not so right that the other must be wrong, however sure the difference is. Of one that stands at the floor nothing is
+    /// left that the floor's own error could not be.
     fn as_near(&self, best: usize, other: usize) -> bool {
         let [best, other] = [best, other].map(|i| self.candidates[i].mean_square());
-        other - best <= best - self.noise
+        best > AT_FLOOR * AT_FLOOR * self.noise && other - best <= best - self.noise
     }
 
     /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share, with the rivals that
