@@ -556,7 +556,7 @@ impl Controller {
                 Reading::LowEnd | Reading::HighEnd => None,
             },
             accepted: gate == Some(GateOutcome::Accepted),
-            blind: self.is_blind(seen, self.estimator.angle_of_reading(&self.parameters)),
+            blind: self.is_blind(seen, x.angle_of_reading(&self.parameters)),
             failed_sensor: self.pair.failed(),
             saturated: self.saturated.abs() > 0.5,
             battery: self.battery.unwrap_or(0.0),

@@ -27,6 +27,14 @@ pub struct Estimate {
     pub drag: f32,
 }
 
+impl Estimate {
+    /// Where the shaft was when the present reading was taken, rad.
+    #[must_use]
+    pub fn angle_of_reading(&self, parameters: &Parameters) -> f32 {
+        wrap(self.angle - self.speed * parameters.estimator.reading_age)
+    }
+}
+
 /// Covariance of [θ, ω, τ]: the upper triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Covariance {
@@ -337,14 +345,8 @@ impl Estimator {
     /// Whether a reading comes from where the first sensor's cannot be believed.
     #[must_use]
     pub fn is_blind(&self, parameters: &Parameters) -> bool {
-        let angle = self.angle_of_reading(parameters);
+        let angle = self.estimate.angle_of_reading(parameters);
         parameters.estimator.handling == BlindArcHandling::Full && parameters.sensor.is_blind(angle)
-    }
-
-    /// Where the shaft was when the present reading was taken, rad.
-    #[must_use]
-    pub fn angle_of_reading(&self, parameters: &Parameters) -> f32 {
-        wrap(self.estimate.angle - self.estimate.speed * parameters.estimator.reading_age)
     }
 
     /// How the state's error hangs on that of a reading of an age (s), `P Cᵀ` with C = [1, −age, 0].

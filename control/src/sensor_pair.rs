@@ -265,8 +265,7 @@ impl Pair {
         [first, other]: &[Reading; 2],
         offset: f32,
     ) -> [Measured; 2] {
-        // Where the shaft was when the readings were taken.
-        let shaft = wrap(x.angle - x.speed * p.estimator.reading_age);
+        let shaft = x.angle_of_reading(p);
         let angle = wrap(shaft - self.zero(second));
         [
             Measured {

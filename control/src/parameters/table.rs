@@ -291,11 +291,16 @@ impl Entry {
     /// What may be set, in the entry's unit: a failsafe may become stricter than in the factory's set, not weaker.
     #[must_use]
     pub fn allowed(&self, factory: &Parameters) -> (f32, f32) {
-        let own = (self.get)(factory);
+        self.allowed_beside((self.get)(factory))
+    }
+
+    /// The same of the factory's value alone.
+    #[must_use]
+    pub fn allowed_beside(&self, factory: f32) -> (f32, f32) {
         match self.weaker {
             Weaker::Never => (self.low, self.high),
-            Weaker::Above => (self.low, own),
-            Weaker::Below => (own, self.high),
+            Weaker::Above => (self.low, factory),
+            Weaker::Below => (factory, self.high),
         }
     }
 

@@ -147,8 +147,9 @@ impl Fit {
         let (sizes, shapes) = self.sizes_and_shapes(model, effect);
         if sizes.is_empty() {
             let last = |place: usize| self.free[place].coordinate(self.free[place].high);
-            let apart =
-                |place: usize| (self.coordinates[place] - last(place)).abs() > WIDE * self.deviation_at_scale(place);
+            let apart = |place: usize| {
+                (self.coordinates[place] - last(place)).abs() > WIDE * self.deviation_at_scale(place, &[])
+            };
             return shapes.into_iter().any(apart);
         }
         sizes.into_iter().any(|place| self.is_apart_from_zero(place, &[]))
@@ -170,9 +171,7 @@ impl Fit {
     /// Whether a number's 95 % interval does not touch zero, were the scale of torques and some others known.
     #[must_use]
     pub fn is_apart_from_zero(&self, place: usize, known: &[usize]) -> bool {
-        let scale = self.free.iter().position(|one| one.number == Number::Resistance);
-        let known: Vec<usize> = known.iter().copied().chain(scale).collect();
-        self.coordinates[place].abs() > WIDE * self.deviation_given(place, &known)
+        self.coordinates[place].abs() > WIDE * self.deviation_at_scale(place, known)
     }
 
     /// How far the numbers are from where their priors have them, in squares of the priors' deviations.
@@ -201,18 +200,12 @@ impl Fit {
         self.covariance[(index, index)].max(0.0).sqrt()
     }
 
-    /// The same if the resistance were known. Angle and drive alone show torques, inertias and currents but for one factor, see
-    /// [`super::scale_free`], which follows from it.
-    #[must_use]
-    pub fn deviation_at_scale(&self, index: usize) -> f64 {
+    /// The same if the resistance and some others were known: the conditional one of a normal distribution. Angle and drive alone show
+    /// torques, inertias and currents but for one factor, see [`super::scale_free`], which follows from the resistance.
+    fn deviation_at_scale(&self, index: usize, known: &[usize]) -> f64 {
         let scale = self.free.iter().position(|one| one.number == Number::Resistance);
-        self.deviation_given(index, scale.as_slice())
-    }
-
-    /// The same if others were known: the conditional one of a normal distribution.
-    fn deviation_given(&self, index: usize, known: &[usize]) -> f64 {
-        let open = |&&place: &&usize| place != index && self.covariance[(place, place)] > 0.0;
-        let known: Vec<usize> = known.iter().filter(open).copied().collect();
+        let open = |&place: &usize| place != index && self.covariance[(place, place)] > 0.0;
+        let known: Vec<usize> = known.iter().copied().chain(scale).filter(open).collect();
         let between = DMatrix::from_fn(known.len(), known.len(), |i, j| self.covariance[(known[i], known[j])]);
         let with = DVector::from_fn(known.len(), |i, _| self.covariance[(known[i], index)]);
         let shared = between.cholesky().map_or(0.0, |factor| with.dot(&factor.solve(&with)));

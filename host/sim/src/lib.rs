@@ -52,7 +52,7 @@ pub use ground::{OnGround, Walk};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use strokes::{RUNAWAY_DEG, Strokes};
 pub use track_csv::track_csv;
-pub use tracking::{ComparedFigure, Comparison, compare, run_designed_from, tracking_figures, tracking_gain};
+pub use tracking::{ComparedFigure, Comparison, compare, tracking_figures, tracking_gain};
 pub use walk_metrics::{WalkMetrics, mean_speeds, walk_metrics};
 pub use world::World;
 
@@ -160,6 +160,20 @@ pub enum SimError {
 /// There is no controller for this robot.
 pub fn run(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<Trace, SimError> {
     run_designed_from(robot, robot, seed, settings, plan)
+}
+
+/// Designs the controller from one robot file and runs it on the robot of another, on a bench.
+///
+/// # Errors
+/// There is no controller for `designed_from`.
+pub fn run_designed_from(
+    designed_from: &Robot,
+    robot: &Robot,
+    seed: u64,
+    settings: &Settings,
+    plan: &Plan,
+) -> Result<Trace, SimError> {
+    Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller(designed_from)?, plan))
 }
 
 /// Designs the controller of a robot file and runs it on the robot with its body, on the ground.

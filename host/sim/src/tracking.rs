@@ -1,10 +1,10 @@
 //! What a robot tracks under controllers that were designed from two robot files: before its model was extended, and after.
 
-use hal_sim::{Settings, SimulatedRobot};
+use hal_sim::Settings;
 use robot_file::Robot;
 use serde::Serialize;
 
-use super::{Drive, Metrics, Plan, SimError, Trace, closed_loop, controller, metrics};
+use super::{Drive, Metrics, Plan, SimError, metrics, run_designed_from};
 
 /// Drives that are compared where nobody asks for one, in words of `scram sim --drive`.
 const DRIVES: [&str; 3] = ["freq:7", "oscillate:-100..100", "position:90"];
@@ -75,20 +75,6 @@ fn means(runs: &[Metrics]) -> Vec<(&'static str, &'static str, Option<f64>)> {
         sum.map(|sum| sum / runs.len() as f64)
     };
     first.iter().enumerate().map(|(index, (what, unit, _))| (*what, *unit, mean(index))).collect()
-}
-
-/// Designs the controller from one robot file and runs it on the robot of another, on a bench.
-///
-/// # Errors
-/// There is no controller for `designed_from`.
-pub fn run_designed_from(
-    designed_from: &Robot,
-    robot: &Robot,
-    seed: u64,
-    settings: &Settings,
-    plan: &Plan,
-) -> Result<Trace, SimError> {
-    Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller(designed_from)?, plan))
 }
 
 /// What the robot of an extended file tracks on a bench, under the controller of the file before and under its own: a held

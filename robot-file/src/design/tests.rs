@@ -89,7 +89,7 @@ fn settles_where_the_design_says(robot: &Robot) {
     filter.acquire(&p, 2.0, 40.0);
     for _ in 0..4000 {
         filter.predict(&p, &p.estimator.speed, control::Actuation { duty: 0.95, enable: true }, 1);
-        let reading = control::sensor::Reading::Angle(filter.angle_of_reading(&p));
+        let reading = control::sensor::Reading::Angle(filter.estimate().angle_of_reading(&p));
         filter.update(&p, &p.estimator.speed, reading, -p.estimator.reading_age);
     }
     let covariance = filter.covariance();

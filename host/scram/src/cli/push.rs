@@ -1,7 +1,7 @@
 //! `scram console --push`: what a robot file asks of a robot that runs already.
 
 use control::Parameters;
-use control::parameters::table::{self, TABLE, Weaker};
+use control::parameters::table::{self, TABLE};
 use robot_file::Robot;
 use robot_file::design::{DesignError, design};
 use scram::console::runner;
@@ -51,12 +51,8 @@ pub fn push(file: &Robot, built_in: &Robot, robot: &[runner::Parameter]) -> Resu
         if is_same(value, there.value) {
             continue;
         }
-        let is_weaker = match entry.weaker {
-            Weaker::Never => false,
-            Weaker::Above => value > there.factory,
-            Weaker::Below => value < there.factory,
-        };
-        if is_weaker && !is_same(value, there.factory) {
+        let (low, high) = entry.allowed_beside(there.factory);
+        if !(low..=high).contains(&value) && !is_same(value, there.factory) {
             let (now, factory) = (there.value, there.factory);
             found.left.push(format!(
                 "{} stays {now} {unit}: {value} would make a failsafe weaker than the {factory} that are built in; flash the robot",

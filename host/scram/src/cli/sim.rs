@@ -122,7 +122,7 @@ struct Output<'a> {
 }
 
 /// What is told beside the run itself.
-#[derive(Default, Serialize)]
+#[derive(Serialize)]
 pub struct Beside<'a> {
     /// The chip that decided.
     #[serde(skip_serializing_if = "Option::is_none")]
