@@ -20,6 +20,7 @@ fn said(verdict: Verdict, causes: &[&[&str]]) -> Diagnosis {
         noise_floor: 1e-3,
         before: 2e-3,
         after: 1e-3,
+        after_cross_judged: 1e-3,
         gain: Gain::default(),
         left_over: None,
         missing_terms: Vec::new(),

@@ -3,20 +3,34 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use effects::Id;
+use effects::{Coordinate, Id};
 use robot_file::robot::Robot;
 
 use super::bootstrap::Bootstrap;
 use super::pairs;
+use super::probe::Follows;
 use super::screen::Screen;
 use super::search::{self, Candidate};
-use super::selection::{Decision, Selection, leaves_much, reaches};
+use super::selection::{AT_FLOOR, Decision, Selection, leaves_much, reaches};
 use super::session::Session;
 use super::verdict::Verdict;
 use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
 
 /// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
 const PASSES: usize = 3;
+
+/// A law of the library that is nearly the right one leaves at most this share of the misfit.
+const TRACE: f64 = 0.025;
+
+/// Noise is alike in all rollouts: its mean square is at most this many times the usual one's, which it reaches where it remembers
+/// for as long as a rollout. What is rare and large, a shaft that sticks now and then, is no noise, though no curve sees it.
+const ALIKE: f64 = 1.6;
+
+/// A friction that is even around the shaft leaves at most this share of its rest to a curve over the angle.
+const AROUND: f64 = 0.02;
+
+/// What takes most of a misfit away leaves at most this share of the mean square error.
+const MOST: f64 = 0.5;
 
 /// What is asked.
 pub struct Inquiry<'a> {
@@ -33,7 +47,7 @@ struct Known {
     effects: Vec<Id>,
     coordinates: Vec<f64>,
     screen: Screen,
-    has_curves: bool,
+    curves: &'static [Follows],
 }
 
 /// What was found.
@@ -67,6 +81,15 @@ impl Found {
         }
     }
 
+    /// The model whose rest has a place: the named one; or one that was taken back for what it leaves, if it takes most of the misfit
+    /// away; or the nominal one.
+    fn left_by(&self) -> &Candidate {
+        let most = |one: &&Candidate| one.refuted && one.mean_square() < MOST * self.baseline.mean_square();
+        let refuted = || search::best_of(self.candidates.iter().filter(most));
+        let named = self.decision.named().map(|named| &self.candidates[named]);
+        named.or_else(refuted).unwrap_or(&self.baseline)
+    }
+
     fn decide(&mut self, alarm: bool) {
         self.decision = self.selection().decide(alarm);
     }
@@ -94,11 +117,13 @@ impl<'a> Inquiry<'a> {
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
         let alarm = found.rest.alarm() || found.selection().any_explains();
         found.decide(alarm);
+        self.refute(&mut found, &effects);
         if found.decision.named().is_none() && is_implausible(&found.session, &found.baseline) {
             return Err(wrong_rig(self.robot, &found.session, &found.baseline));
         }
         if alarm && found.decision.verdict == Verdict::Unexplained {
             self.ask_what_is_left(&mut found, &effects);
+            self.refute(&mut found, &effects);
         }
         if let Some(named) = found.decision.named() {
             found.rest = self.screen(&found.session, &found.candidates[named], &effects);
@@ -107,62 +132,122 @@ impl<'a> Inquiry<'a> {
                 self.second(&mut found, named, &effects);
             }
         }
-        if found.decision.verdict == Verdict::Unexplained && found.rest.follows().is_none() {
-            let after = found.decision.named().map_or(&found.baseline, |named| &found.candidates[named]);
-            self.add_curves(&mut found.rest, &found.session, after);
+        if found.decision.verdict == Verdict::Unexplained {
+            let after = found.left_by();
+            let mut rest = self.screen(&found.session, after, &effects);
+            self.add_curves(&mut rest, &found.session, after, &Follows::ALL);
+            found.rest = rest;
         }
         Ok(found)
     }
 
-    /// Where the best model does not reach the fast scatter, what it leaves may still be noise, which remembers.
-    fn ask_what_is_left(&self, found: &mut Found, effects: &[Id]) {
-        let Some(best) = search::best(&found.candidates) else { return };
-        if self.leaves_noise(&found.session, best, effects) {
-            found.remembered = best.mean_square();
+    /// Takes back names, one after the other, of models that what they leave speaks against.
+    fn refute(&self, found: &mut Found, effects: &[Id]) {
+        while let Some(named) = found.decision.named().filter(|&named| self.is_refuted(found, named, effects)) {
+            found.candidates[named].refuted = true;
             found.decide(true);
         }
+    }
+
+    /// Whether a model is spoken against by what it leaves: friction that is the same all round the shaft, by a rest that follows the
+    /// angle; and a model that is judged by the noise which another one leaves, by more of a rest than a trace.
+    fn is_refuted(&self, found: &Found, place: usize, effects: &[Id]) -> bool {
+        let (session, model) = (&found.session, &found.candidates[place]);
+        let noise = found.selection().noise;
+        if found.remembered > 0.0 {
+            let mut screen = self.screen(session, model, effects);
+            self.add_curves(&mut screen, session, model, &Follows::ALL);
+            let seen = screen.seen() * model.mean_square();
+            if seen > TRACE * (found.baseline.mean_square() - noise) {
+                return true;
+            }
+        }
+        let is_even = |effect: &Id| effect.spec().shows_in == Coordinate::Speed;
+        if !model.effects.iter().any(is_even) || model.mean_square() <= AT_FLOOR * AT_FLOOR * noise {
+            return false;
+        }
+        let mut screen = self.screen(session, model, effects);
+        self.add_curves(&mut screen, session, model, &Follows::AROUND);
+        // What is named beside a friction may leave a trace of its own over the angle, but no friction there.
+        let all_even = model.effects.iter().all(is_even);
+        let speaks_against =
+            |(follows, share): (Follows, f64)| share > AROUND && (all_even || follows == Follows::Mesh);
+        screen.strongest_curve().is_some_and(speaks_against)
+    }
+
+    /// Where the best model does not reach the fast scatter, what it leaves may still be noise, which remembers: the best single
+    /// effect is asked first, then the best model.
+    fn ask_what_is_left(&self, found: &mut Found, effects: &[Id]) {
+        let single = search::singles(&found.candidates).first().copied();
+        let best = search::place_of_best(&found.candidates);
+        for place in single.into_iter().chain(best.filter(|_| best != single)) {
+            let model = &found.candidates[place];
+            if model.refuted {
+                continue;
+            }
+            if let Some(noise) = self.noise_left_by(&found.session, &found.baseline, model, effects) {
+                found.remembered = noise;
+                found.decide(true);
+                if found.decision.verdict != Verdict::Unexplained {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The noise (mean square, rad²) in what a model leaves, where no screen sees anything in it; or of a single effect, no more than
+    /// the trace of a law that is nearly right: a share of what the model has taken away.
+    fn noise_left_by(&self, session: &Session, baseline: &Candidate, model: &Candidate, effects: &[Id]) -> Option<f64> {
+        let mut screen = self.screen(session, model, effects);
+        self.add_curves(&mut screen, session, model, &Follows::ALL);
+        let seen = screen.seen();
+        let noise = model.mean_square() * (1.0 - seen);
+        let is_trace = model.mean_square() - noise <= TRACE * (baseline.mean_square() - noise);
+        let is_alike = noise <= ALIKE * model.usual_square();
+        let is_trace = is_trace && seen > 0.0 && model.effects.len() == 1;
+        (is_alike && (is_trace || screen.is_noise())).then_some(noise)
     }
 
     /// Whether no screen sees anything in what a model leaves.
     fn leaves_noise(&self, session: &Session, model: &Candidate, effects: &[Id]) -> bool {
         let mut screen = self.screen(session, model, effects);
         if screen.is_noise() {
-            self.add_curves(&mut screen, session, model);
+            self.add_curves(&mut screen, session, model, &Follows::FIRST);
         }
         screen.is_noise()
     }
 
     /// A screen about a model: one that was made, or a new one.
     fn screen(&self, session: &Session, model: &Candidate, effects: &[Id]) -> Screen {
-        self.known(model, false).unwrap_or_else(|| {
+        self.known(model, &[]).unwrap_or_else(|| {
             let screen = Screen::of_effects(&session.model, &session.data(), &model.fit, effects, self.options.seed);
-            self.keep(model, &screen, false);
+            self.keep(model, &screen, &[]);
             screen
         })
     }
 
     /// Screens curves about a model too.
-    fn add_curves(&self, screen: &mut Screen, session: &Session, model: &Candidate) {
-        match self.known(model, true) {
+    fn add_curves(&self, screen: &mut Screen, session: &Session, model: &Candidate, which: &'static [Follows]) {
+        match self.known(model, which) {
             Some(known) => *screen = known,
             None => {
-                screen.add_curves(&session.model, &session.data(), &model.fit, self.options.seed);
-                self.keep(model, screen, true);
+                screen.add_curves(&session.model, &session.data(), &model.fit, self.options.seed, which);
+                self.keep(model, screen, which);
             }
         }
     }
 
-    fn known(&self, model: &Candidate, has_curves: bool) -> Option<Screen> {
+    fn known(&self, model: &Candidate, curves: &[Follows]) -> Option<Screen> {
         let screens = self.screens.lock().unwrap_or_else(PoisonError::into_inner);
         let same = |one: &&Known| {
-            one.has_curves == has_curves && one.effects == model.effects && one.coordinates == model.fit.coordinates
+            one.curves == curves && one.effects == model.effects && one.coordinates == model.fit.coordinates
         };
         screens.iter().find(same).map(|one| one.screen.clone())
     }
 
-    fn keep(&self, model: &Candidate, screen: &Screen, has_curves: bool) {
+    fn keep(&self, model: &Candidate, screen: &Screen, curves: &'static [Follows]) {
         let coordinates = model.fit.coordinates.clone();
-        let kept = Known { effects: model.effects.clone(), coordinates, screen: screen.clone(), has_curves };
+        let kept = Known { effects: model.effects.clone(), coordinates, screen: screen.clone(), curves };
         self.screens.lock().unwrap_or_else(PoisonError::into_inner).push(kept);
     }
 
@@ -177,7 +262,7 @@ impl<'a> Inquiry<'a> {
         let mut candidates: Vec<Candidate> = Vec::new();
         for pass in 0..PASSES {
             if !screen.alarm() {
-                self.add_curves(&mut screen, session, baseline);
+                self.add_curves(&mut screen, session, baseline, &Follows::FIRST);
             }
             if !screen.alarm() && !leaves_much(session.noise, baseline) {
                 return Ok((screen, Vec::new()));
@@ -232,6 +317,7 @@ impl<'a> Inquiry<'a> {
         if let Some(pair) = found.selection().with_second(&found.decision) {
             found.decision = pair;
         }
+        self.refute(found, effects);
         if let Some(now) = found.decision.named()
             && (now != named || found.candidates[now].fit.coordinates != screened)
         {

@@ -43,8 +43,10 @@
 
 mod blind_arc;
 mod bootstrap;
+mod confidence_set;
 mod converter;
 mod current;
+mod curves;
 mod experiment;
 mod extend;
 mod fit;
@@ -302,7 +304,8 @@ fn with_reason(error: DiagnoseError, robot: &Robot, fit: &[Recording], held_out:
 fn judged(session: &mut Session, fit: Fit) -> Candidate {
     let evaluation = session.evaluate(&fit);
     session.remember(&evaluation);
-    Candidate { effects: Vec::new(), fit, evaluation, sized: true, sized_in_its_shape: true, in_full: true }
+    let (effects, refuted, in_full) = (Vec::new(), false, true);
+    Candidate { effects, fit, evaluation, sized: true, sized_in_its_shape: true, refuted, in_full }
 }
 
 fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
@@ -342,6 +345,9 @@ fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
         noise_floor: session.noise.sqrt(),
         before: selection.baseline.mean_square().sqrt(),
         after: after.mean_square().sqrt(),
+        after_cross_judged: named
+            .map_or(after.mean_square(), |model| selection.cross_judged(model, &session.parts()))
+            .sqrt(),
         gain,
         next_experiment: words::next_experiment(&class, left_over.as_ref().map(|left| left.coordinate.as_str())),
         left_over,

@@ -1,7 +1,7 @@
 //! Where the misfit lives: the held-out error against angle, speed, voltage and time, before and after.
 
 use super::probe::Follows;
-use super::rollout::residual;
+use super::rollout::{residual, rollout};
 use super::search::Candidate;
 use super::session::Session;
 use super::verdict::{LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample};
@@ -14,19 +14,30 @@ const FEWEST: usize = 20;
 
 /// One held-out reading with what it is plotted against.
 struct Point {
-    coordinates: [f64; 5],
+    coordinates: [f64; NAMES.len()],
     before: f64,
     after: f64,
 }
 
 /// Names of the coordinates, in order of [`Point::coordinates`].
-const NAMES: [&str; 5] = ["angle_rad", "speed_rad_per_s", "voltage_v", "time_s", "time_in_rollout_s"];
+const NAMES: [&str; 8] = [
+    "angle_rad",
+    "speed_rad_per_s",
+    "voltage_v",
+    "current_a",
+    "time_s",
+    "time_since_reversal_s",
+    "run",
+    "time_in_rollout_s",
+];
 
 fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point> {
     let mut out = Vec::new();
+    let plant = after.fit.plant(&session.model);
     for (index, track) in session.held_out.iter().enumerate() {
         let (simulated_before, simulated_after) =
             (&before.evaluation.rolled[index].readings, &after.evaluation.rolled[index].readings);
+        let currents = rollout(&plant, track, &after.evaluation.starts[index], None, true).currents;
         let mut offset = 0;
         for segment in &track.segments {
             let length = segment.last - segment.first;
@@ -47,7 +58,10 @@ fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point
                         wrap(simulated_after[offset + i]),
                         speed,
                         driven,
+                        currents[offset + i],
                         track.t[k] - track.t[0],
+                        track.since_reversal[k],
+                        track.place as f64,
                         track.t[k] - track.t[segment.first],
                     ],
                     before: residual(track, segment, k, simulated_before[offset + i]),

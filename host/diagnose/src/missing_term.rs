@@ -6,9 +6,9 @@
 
 use nalgebra::DVector;
 
+use super::curves::{self, EstimatedCurve};
 use super::fit::WIDE;
 use super::probe::{Follows, Moment, Probe};
-use super::screen::{EstimatedCurve, estimate_curves};
 use super::search::Candidate;
 use super::session::Session;
 use super::verdict::{MisfitCurve, MissingTerm, TermKind, TermPoint};
@@ -19,17 +19,18 @@ const POINTS: usize = 61;
 /// The curves about the refitted model that are more than an accident, the most promising first.
 #[must_use]
 pub fn of(session: &Session, refitted: &Candidate, covered: &[MisfitCurve], seed: u64) -> Vec<MissingTerm> {
-    let mut curves = estimate_curves(&session.model, &session.data(), &refitted.fit, seed);
-    curves.retain(|curve| curve.screened.is_sure());
-    curves.sort_by(|a, b| b.screened.promised.total_cmp(&a.screened.promised));
+    let mut curves = curves::estimate(&session.model, &session.data(), &refitted.fit, seed);
+    curves.sort_by(|a, b| b.screened.beyond_accident().total_cmp(&a.screened.beyond_accident()));
     curves.iter().flat_map(|curve| kinds(curve.follows).iter().filter_map(|kind| term(curve, *kind, covered))).collect()
 }
 
 fn kinds(follows: Follows) -> &'static [TermKind] {
     match follows {
-        Follows::Angle | Follows::Speed | Follows::Voltage => &[TermKind::TorqueNm],
-        Follows::Time => &[TermKind::TorqueAlongMotionNm, TermKind::TorqueAlongVoltageNm],
+        Follows::Angle | Follows::Speed | Follows::Voltage | Follows::Current => &[TermKind::TorqueNm],
+        Follows::Time | Follows::Run => &[TermKind::TorqueAlongMotionNm, TermKind::TorqueAlongVoltageNm],
+        Follows::Mesh | Follows::Reversal => &[TermKind::TorqueAlongMotionNm],
         Follows::Reading => &[TermKind::ReadingRad],
+        Follows::SlipWithSpeed | Follows::SlipWithCurrent => &[TermKind::SlipRadPerS],
     }
 }
 
@@ -38,8 +39,11 @@ fn term(curve: &EstimatedCurve, kind: TermKind, covered: &[MisfitCurve]) -> Opti
     let coordinate = curve.follows.name();
     let bins = &covered.iter().find(|one| one.coordinate == coordinate)?.bins;
     let (from, to) = (bins.first()?.from, bins.last()?.to);
+    // Of runs there is nothing in between.
+    let last = if curve.follows == Follows::Run { curve.spans.runs.max(2) - 1 } else { POINTS - 1 };
+    let (from, to) = if curve.follows == Follows::Run { (0.0, last as f64) } else { (from, to) };
     let point = |i: usize| {
-        let at = from + (to - from) * i as f64 / (POINTS - 1) as f64;
+        let at = from + (to - from) * i as f64 / last as f64;
         let shares = shares(curve, kind, at);
         let value = shares.dot(&curve.terms);
         let half = WIDE * (&curve.covariance * &shares).dot(&shares).max(0.0).sqrt();
@@ -50,24 +54,29 @@ fn term(curve: &EstimatedCurve, kind: TermKind, covered: &[MisfitCurve]) -> Opti
         kind,
         promised: curve.screened.promised,
         chance: curve.screened.family_chance,
-        points: (0..POINTS).map(point).collect(),
+        points: (0..=last).map(point).collect(),
     })
 }
 
 /// How much of each term of a curve there is at a place on its coordinate.
 fn shares(curve: &EstimatedCurve, kind: TermKind, at: f64) -> DVector<f64> {
     let spans = curve.spans;
-    let rest = Moment { angle: 0.0, speed: 0.0, voltage: 0.0, time: 0.0 };
-    let moment = match (curve.follows, kind) {
-        (Follows::Angle | Follows::Reading, _) => Moment { angle: at, ..rest },
-        (Follows::Speed, _) => Moment { speed: at, ..rest },
-        (Follows::Voltage, _) => Moment { voltage: at, ..rest },
-        (Follows::Time, TermKind::TorqueAlongMotionNm) => Moment { speed: spans.speed, time: at, ..rest },
-        (Follows::Time, _) => Moment { voltage: spans.voltage, time: at, ..rest },
+    let rest = Moment { angle: 0.0, speed: 0.0, voltage: 0.0, current: 0.0, time: 0.0, since_reversal: 0.0, run: 0 };
+    let moves = if kind == TermKind::TorqueAlongMotionNm { spans.speed } else { 0.0 };
+    let pulls = if kind == TermKind::TorqueAlongVoltageNm { spans.voltage } else { 0.0 };
+    let driven = Moment { speed: moves, voltage: pulls, ..rest };
+    let moment = match curve.follows {
+        Follows::Angle | Follows::Reading | Follows::Mesh => Moment { angle: at, ..driven },
+        Follows::Speed | Follows::SlipWithSpeed => Moment { speed: at, ..rest },
+        Follows::Voltage => Moment { voltage: at, ..rest },
+        Follows::Current | Follows::SlipWithCurrent => Moment { current: at, ..rest },
+        Follows::Time => Moment { time: at, ..driven },
+        Follows::Reversal => Moment { since_reversal: at, ..driven },
+        Follows::Run => Moment { run: at as usize, ..driven },
     };
     let share = |term: usize| {
         let probe = Probe { follows: curve.follows, term, spans };
-        probe.torque(moment) + probe.reading_error(moment.angle)
+        probe.torque(moment) + probe.reading_error(moment.angle) + probe.slip(moment)
     };
-    DVector::from_fn(curve.follows.terms(), |term, _| share(term))
+    DVector::from_fn(curve.follows.terms(&spans), |term, _| share(term))
 }

@@ -206,6 +206,7 @@ impl Plant {
             state: ShaftState { angle, speed, current: hidden.current, bristle: hidden.bristle, twist, twist_rate },
             wiper: angle - hidden.wiper_behind,
             states: hidden.states,
+            slipped: 0.0,
             drawn_as: 0.0,
             heat: Heat::default(),
         };
@@ -302,12 +303,9 @@ impl Plant {
             stepper.terminals(duty, rail)
         };
         let torque = self.probe.as_ref().map_or(0.0, |probe| {
-            let voltage = match terminals {
-                Terminals::Driven { voltage } | Terminals::Switched { voltage, .. } => voltage,
-                Terminals::Open => 0.0,
-            };
-            let ShaftState { angle, speed, .. } = motion.state;
-            probe.torque(Moment { angle, speed, voltage, time: track.t[k] - track.t[0] })
+            let at = moment(track, k, &motion.state, terminals);
+            motion.slipped += probe.slip(at) * stepper.step();
+            probe.torque(at)
         });
         let means = stepper.advance_under(&mut motion.state, terminals, torque);
         motion.drawn_as += duty * means.current * stepper.step();
@@ -325,7 +323,25 @@ impl Plant {
     /// Where the sensor sees the wiper, rad.
     #[inline]
     fn shown(&self, motion: &Motion) -> f64 {
-        if self.follows { motion.wiper - self.shaft.laws.behind(&motion.states) } else { motion.wiper }
+        let wiper = motion.wiper + motion.slipped;
+        if self.follows { wiper - self.shaft.laws.behind(&motion.states) } else { wiper }
+    }
+}
+
+/// A shaft at a sample of a track.
+fn moment(track: &Track, k: usize, state: &ShaftState, terminals: Terminals) -> Moment {
+    let voltage = match terminals {
+        Terminals::Driven { voltage } | Terminals::Switched { voltage, .. } => voltage,
+        Terminals::Open => 0.0,
+    };
+    Moment {
+        angle: state.angle,
+        speed: state.speed,
+        voltage,
+        current: state.current,
+        time: track.t[k] - track.t[0],
+        since_reversal: track.since_reversal[k],
+        run: track.place,
     }
 }
 
@@ -335,6 +351,8 @@ struct Motion {
     /// Where the wiper stands, rad.
     wiper: f64,
     states: States,
+    /// How far the sensor has gained on the shaft, rad.
+    slipped: f64,
     /// Charge that the bridge has drawn since the last sample, A·s.
     drawn_as: f64,
     /// Since the last sample.

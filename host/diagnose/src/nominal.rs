@@ -96,6 +96,12 @@ impl FileModel {
         voltage / self.file.shaft.torque_constant
     }
 
+    /// Current of a blocked shaft at a voltage (V), A.
+    #[must_use]
+    pub fn stall_current(&self, voltage: f64) -> f64 {
+        voltage / self.file.shaft.resistance_ohm
+    }
+
     /// Length of free rollouts, s: 0.1; longer for a rig that is slow (twice its mechanical time constant) or slowly sampled.
     #[must_use]
     pub fn usual_horizon(&self, sample_s: f64) -> f64 {

@@ -16,6 +16,18 @@ pub enum Follows {
     Time,
     /// The wiper's angle: errors of the reading of one to six waves a turn.
     Reading,
+    /// The shaft's angle: a friction that comes and goes one to sixteen times a turn.
+    Mesh,
+    /// The motor's current: torques at nine currents.
+    Current,
+    /// The time since the shaft last stood or turned round: a friction at six times.
+    Reversal,
+    /// The run: a friction and a share of the voltage in each.
+    Run,
+    /// The shaft's speed: what slips between shaft and sensor at nine speeds.
+    SlipWithSpeed,
+    /// The motor's current: what slips between shaft and sensor at nine currents.
+    SlipWithCurrent,
 }
 
 /// Scales of a rig's runs, from which the curves' knots follow.
@@ -25,8 +37,12 @@ pub struct Spans {
     pub speed: f64,
     /// Highest voltage, V.
     pub voltage: f64,
+    /// Highest current, A.
+    pub current: f64,
     /// Longest run, s.
     pub time: f64,
+    /// How many runs there are.
+    pub runs: usize,
     /// Size of a torque, N·m.
     pub torque: f64,
 }
@@ -37,32 +53,62 @@ const READING: f64 = 0.01;
 const KNOTS: [f64; 9] = [-1.0, -0.5, -0.2, -0.05, 0.0, 0.05, 0.2, 0.5, 1.0];
 /// Knots over the time.
 const TIMES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// Share of the highest speed at which friction has half reached its level.
-const SLOW: f64 = 0.02;
+/// Knots over the time since the shaft stood or turned round, s: close where friction recovers and grease gives way.
+const SINCE: [f64; 6] = [0.0, 0.02, 0.05, 0.12, 0.3, 1.0];
+/// Most waves a turn that a friction comes and goes with: beyond, a rollout at usual speeds averages over them.
+const MESH_ORDERS: usize = 16;
+/// Share of the highest speed that slips.
+const SLIPS: f64 = 0.01;
+/// Share of the highest speed at which friction has half reached its level; a shaft below it stands.
+pub(super) const SLOW: f64 = 0.02;
 
 impl Follows {
-    /// Every coordinate.
-    pub const ALL: [Self; 5] = [Self::Angle, Self::Speed, Self::Voltage, Self::Time, Self::Reading];
+    /// Those that are asked whether there is anything at all.
+    pub const FIRST: [Self; 5] = [Self::Angle, Self::Speed, Self::Voltage, Self::Time, Self::Reading];
+
+    /// Those around the shaft.
+    pub const AROUND: [Self; 3] = [Self::Angle, Self::Reading, Self::Mesh];
+
+    /// Every one, to say where a misfit lives.
+    pub const ALL: [Self; 11] = [
+        Self::Angle,
+        Self::Speed,
+        Self::Voltage,
+        Self::Time,
+        Self::Reading,
+        Self::Mesh,
+        Self::Current,
+        Self::Reversal,
+        Self::Run,
+        Self::SlipWithSpeed,
+        Self::SlipWithCurrent,
+    ];
 
     /// Name in the exchange format.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Angle | Self::Reading => "angle_rad",
-            Self::Speed => "speed_rad_per_s",
+            Self::Angle | Self::Reading | Self::Mesh => "angle_rad",
+            Self::Speed | Self::SlipWithSpeed => "speed_rad_per_s",
             Self::Voltage => "voltage_v",
+            Self::Current | Self::SlipWithCurrent => "current_a",
             Self::Time => "time_s",
+            Self::Reversal => "time_since_reversal_s",
+            Self::Run => "run",
         }
     }
 
     /// How many terms its curve has.
     #[must_use]
-    pub fn terms(self) -> usize {
+    pub fn terms(self, spans: &Spans) -> usize {
         match self {
             Self::Angle => 8,
-            Self::Speed | Self::Voltage => KNOTS.len(),
+            Self::Speed | Self::Voltage | Self::Current | Self::SlipWithSpeed | Self::SlipWithCurrent => KNOTS.len(),
             Self::Time => 2 * TIMES.len(),
             Self::Reading => 12,
+            Self::Mesh => 2 * MESH_ORDERS,
+            Self::Reversal => SINCE.len(),
+            Self::Run => 2 * spans.runs,
         }
     }
 }
@@ -87,8 +133,14 @@ pub struct Moment {
     pub speed: f64,
     /// Voltage at the terminals before the bridge's own drop, V; 0 while it is open.
     pub voltage: f64,
+    /// Current of the motor, A.
+    pub current: f64,
     /// Time in the run, s.
     pub time: f64,
+    /// Time since the shaft stood or turned round, s.
+    pub since_reversal: f64,
+    /// Which of the runs.
+    pub run: usize,
 }
 
 impl Probe {
@@ -101,15 +153,36 @@ impl Probe {
                 Follows::Angle => wave(self.term, at.angle),
                 Follows::Speed => hat(&KNOTS, self.term, at.speed / spans.speed),
                 Follows::Voltage => hat(&KNOTS, self.term, at.voltage / spans.voltage),
+                Follows::Current => hat(&KNOTS, self.term, at.current / spans.current),
                 Follows::Time => {
-                    let of = if self.term < TIMES.len() {
-                        (at.speed / (SLOW * spans.speed)).tanh()
-                    } else {
-                        at.voltage / spans.voltage
-                    };
+                    let of = if self.term < TIMES.len() { self.along_motion(at) } else { at.voltage / spans.voltage };
                     of * hat(&TIMES, self.term % TIMES.len(), at.time / spans.time)
                 }
-                Follows::Reading => 0.0,
+                Follows::Run => {
+                    let of = if self.term < spans.runs { self.along_motion(at) } else { at.voltage / spans.voltage };
+                    of * f64::from(u8::from(self.term % spans.runs == at.run))
+                }
+                Follows::Mesh => self.along_motion(at) * wave(self.term, at.angle),
+                Follows::Reversal => self.along_motion(at) * hat(&SINCE, self.term, at.since_reversal),
+                Follows::Reading | Follows::SlipWithSpeed | Follows::SlipWithCurrent => 0.0,
+            }
+    }
+
+    /// ±1 along the motion, 0 at rest.
+    fn along_motion(&self, at: Moment) -> f64 {
+        (at.speed / (SLOW * self.spans.speed)).tanh()
+    }
+
+    /// How fast the sensor gains on the shaft at a moment, rad/s.
+    #[must_use]
+    pub fn slip(&self, at: Moment) -> f64 {
+        let spans = &self.spans;
+        SLIPS
+            * spans.speed
+            * match self.follows {
+                Follows::SlipWithSpeed => hat(&KNOTS, self.term, at.speed / spans.speed),
+                Follows::SlipWithCurrent => hat(&KNOTS, self.term, at.current / spans.current),
+                _ => 0.0,
             }
     }
 
@@ -139,7 +212,7 @@ mod tests {
 
     #[test]
     fn the_hats_of_a_curve_add_up_to_one() {
-        for knots in [&KNOTS[..], &TIMES[..]] {
+        for knots in [&KNOTS[..], &TIMES[..], &SINCE[..]] {
             for i in -30..=30 {
                 let at = 0.05 * f64::from(i);
                 let sum: f64 = (0..knots.len()).map(|term| hat(knots, term, at)).sum();

@@ -15,12 +15,12 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
+use super::curves;
 use super::fit::{self, Columns, Data, Fit, Moved};
 use super::motion;
 use super::nominal::FileModel;
 use super::numbers::Number;
-use super::one_step::one_step;
-use super::probe::{Follows, Probe, Spans};
+use super::probe::Follows;
 use super::rollout::Rolled;
 use super::track::Track;
 
@@ -57,6 +57,8 @@ pub struct Screened {
     pub direction: Direction,
     /// By how much the linear model promises to lower the sum of squares, as a share of it.
     pub promised: f64,
+    /// The same by accident, in the mean: a direction of many terms promises more.
+    pub by_accident: f64,
     /// Chance of as much by accident, of this direction alone.
     pub chance: f64,
     /// Chance that any direction of its family, effects or curves, has as much by accident.
@@ -72,6 +74,17 @@ impl Screened {
     #[must_use]
     pub fn is_sure(&self) -> bool {
         self.family_chance <= FAMILY_ERROR && self.promised >= LEAST_PROMISED
+    }
+
+    /// Whether it is more than an accident, or promises so much that it is not to be passed over though it may be one.
+    fn counts(&self) -> bool {
+        self.is_sure() || self.beyond_accident() >= UNDECIDED
+    }
+
+    /// What it promises beyond the mean of accidents.
+    #[must_use]
+    pub fn beyond_accident(&self) -> f64 {
+        (self.promised - self.by_accident).max(0.0)
     }
 }
 
@@ -101,18 +114,17 @@ impl Screen {
     pub fn of_effects(model: &FileModel, data: &Data, fit: &Fit, effects: &[Id], seed: u64) -> Self {
         let rolled = fit::roll_all(model, data, fit);
         let groups = effect_groups(model, fit, effects);
-        let directions =
-            Scores::new(data, fit, &rolled, &columns(model, data, fit, &rolled, &groups)).family(&groups, seed);
+        let scores = Scores::new(data, fit, &rolled, &columns(model, data, fit, &rolled, &groups));
+        let signs = scores.signs(seed);
+        let directions = family(groups.par_iter().map(|group| scores.test(group, &signs)).collect());
         Self { directions, motion_chance: motion::chance(data.tracks, &rolled, seed) }
     }
 
-    /// Screens curves too: there are many of them, and they are of use where no effect is enough.
-    pub fn add_curves(&mut self, model: &FileModel, data: &Data, fit: &Fit, seed: u64) {
-        let rolled = fit::roll_all(model, data, fit);
-        let groups = curve_groups(model, data, fit);
-        self.directions.extend(
-            Scores::new(data, fit, &rolled, &columns(model, data, fit, &rolled, &groups)).family(&groups, seed),
-        );
+    /// Screens curves too, as a family of their own in place of the one that is there: they have many terms, and are of use where
+    /// no effect is enough.
+    pub fn add_curves(&mut self, model: &FileModel, data: &Data, fit: &Fit, seed: u64, which: &[Follows]) {
+        self.directions.retain(|one| matches!(one.direction, Direction::Effect(..)));
+        self.directions.extend(curves::screen(model, data, fit, seed, which));
     }
 
     /// Whether anything that was screened is more than an accident and worth a fit.
@@ -121,11 +133,27 @@ impl Screen {
         self.directions.iter().any(Screened::is_sure) || self.motion_chance <= FAMILY_ERROR
     }
 
-    /// Whether what was screened is noise: no alarm, and nothing that promises much either, as it may where there is too little to
-    /// be sure of anything.
+    /// Whether what was screened is noise: no alarm, and nothing that promises much more than an accident either, as it may where
+    /// there is too little to be sure of anything.
     #[must_use]
     pub fn is_noise(&self) -> bool {
-        !self.alarm() && self.directions.iter().all(|one| one.promised < UNDECIDED)
+        !self.alarm() && self.directions.iter().all(|one| !one.counts())
+    }
+
+    /// Share of the sum of squares that the direction which promises most would take away, less what accidents promise there.
+    #[must_use]
+    pub fn seen(&self) -> f64 {
+        self.directions.iter().filter(|one| one.counts()).map(Screened::beyond_accident).fold(0.0, f64::max)
+    }
+
+    /// The curve that promises most, of those that [`Self::seen`] counts, and what it promises beyond accidents.
+    #[must_use]
+    pub fn strongest_curve(&self) -> Option<(Follows, f64)> {
+        let of_curve = |one: &Screened| match one.direction {
+            Direction::Curve(follows) if one.counts() => Some((follows, one.beyond_accident())),
+            _ => None,
+        };
+        self.directions.iter().filter_map(of_curve).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Effects that are more than an accident, the most promising first.
@@ -154,11 +182,12 @@ impl Screen {
         in_order(model, promised)
     }
 
-    /// The coordinate that what is left follows best, where that is more than an accident.
+    /// The coordinate that what is left follows best, where that is more than an accident: the curve that promises most beyond what
+    /// one of as many terms promises by accident.
     #[must_use]
     pub fn follows(&self) -> Option<Follows> {
         let curves = self.directions.iter().filter_map(|one| match one.direction {
-            Direction::Curve(follows) if one.family_chance <= FAMILY_ERROR => Some((follows, one.promised)),
+            Direction::Curve(follows) if one.family_chance <= FAMILY_ERROR => Some((follows, one.beyond_accident())),
             _ => None,
         });
         curves.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(follows, _)| follows)
@@ -195,44 +224,14 @@ fn in_order(model: &FileModel, promised: impl Iterator<Item = (Direction, f64)>)
     proposals
 }
 
-/// A curve as one step of the linear model has it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EstimatedCurve {
-    /// What it follows.
-    pub follows: Follows,
-    /// By how much it promises to lower the sum of squares, and how likely chance is to promise as much.
-    pub screened: Screened,
-    /// The rig's scales, from which its knots follow.
-    pub spans: Spans,
-    /// Its terms, in each one's own size.
-    pub terms: DVector<f64>,
-    /// Of the terms.
-    pub covariance: DMatrix<f64>,
-}
-
-/// The curves over each coordinate that a fit lacks. What the fit's numbers could do is not in them.
-#[must_use]
-pub fn estimate_curves(model: &FileModel, data: &Data, fit: &Fit, seed: u64) -> Vec<EstimatedCurve> {
-    let rolled = fit::roll_all(model, data, fit);
-    let (groups, spans) = (curve_groups(model, data, fit), spans(model, data));
-    let columns = columns(model, data, fit, &rolled, &groups);
-    let screened = Scores::new(data, fit, &rolled, &columns).family(&groups, seed);
-    let estimates = Follows::ALL.into_iter().zip(&groups).zip(screened).map(|((follows, group), screened)| {
-        let block = |track: usize| block_rollouts(&data.tracks[track]);
-        let (terms, covariance) = one_step(data, fit, &rolled, &columns, &group.columns, &block);
-        EstimatedCurve { follows, screened, spans, terms, covariance }
-    });
-    estimates.collect()
-}
-
 /// A direction with its columns.
-struct Group {
-    direction: Direction,
+pub(super) struct Group {
+    pub(super) direction: Direction,
     /// Places among all columns, after the fit's numbers.
-    columns: std::ops::Range<usize>,
-    moved: Vec<Moved>,
+    pub(super) columns: std::ops::Range<usize>,
+    pub(super) moved: Vec<Moved>,
     /// Of an effect: which numbers, and whether they may be negative.
-    sizes: Vec<(Number, bool)>,
+    pub(super) sizes: Vec<(Number, bool)>,
 }
 
 /// Collects groups, their columns after a fit's numbers.
@@ -256,16 +255,6 @@ fn effect_groups(model: &FileModel, fit: &Fit, effects: &[Id]) -> Vec<Group> {
             let (moved, sizes) = effect_columns(model, fit, effect, shape[0]);
             groups.add(Direction::Effect(effect, shape[0]), moved, sizes);
         }
-    }
-    groups.groups
-}
-
-fn curve_groups(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Group> {
-    let (spans, base) = (spans(model, data), fit.plant(model));
-    let mut groups = Groups { next: fit.free.len(), groups: Vec::new() };
-    for follows in Follows::ALL {
-        let moved = (0..follows.terms()).map(|term| Some((base.with_probe(Probe { follows, term, spans }), 1.0)));
-        groups.add(Direction::Curve(follows), moved.collect(), Vec::new());
     }
     groups.groups
 }
@@ -307,18 +296,6 @@ fn effect_columns(model: &FileModel, fit: &Fit, effect: Id, start: usize) -> (Ve
     (moved.collect(), sizes.iter().map(|&place| (absent.free[place].number, absent.free[place].low < 0.0)).collect())
 }
 
-fn spans(model: &FileModel, data: &Data) -> Spans {
-    let volts = |track: &Track| track.drive_scale * if track.terminals_measured { 1.0 } else { model.rail_v };
-    let voltage = data.tracks.iter().map(volts).fold(0.0, f64::max).max(1e-9);
-    let length = |track: &Track| track.t.last().map_or(0.0, |last| last - track.t[0]);
-    Spans {
-        speed: model.no_load_speed(voltage),
-        voltage,
-        time: data.tracks.iter().map(length).fold(0.0, f64::max).max(1e-9),
-        torque: 0.01 * model.stall_torque(),
-    }
-}
-
 /// How the readings change with the starts, the fit's numbers and each group's columns.
 fn columns(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled], groups: &[Group]) -> Vec<Columns> {
     let moved: Vec<Moved> =
@@ -327,7 +304,7 @@ fn columns(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled], groups:
 }
 
 /// Scores of every block of rollouts, and their curvature, the starts eliminated.
-struct Scores {
+pub(super) struct Scores {
     /// Numbers of the fit.
     numbers: usize,
     matrix: DMatrix<f64>,
@@ -340,7 +317,8 @@ struct Scores {
 }
 
 impl Scores {
-    fn new(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> Self {
+    /// From the columns of the fit's numbers and of the groups after them.
+    pub(super) fn new(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> Self {
         let numbers = fit.free.len();
         // The starts' two are eliminated.
         let size = columns.first().map_or(numbers, |all| all.len() - 2);
@@ -393,32 +371,29 @@ impl Scores {
         }
     }
 
-    /// What a family of directions promises, and how often chance promises as much.
-    fn family(&self, groups: &[Group], seed: u64) -> Vec<Screened> {
+    /// Signs of the blocks, one a block and resample: the same for every group that is to be compared.
+    pub(super) fn signs(&self, seed: u64) -> Vec<f64> {
         let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed ^ 0x5c_0e_e0);
-        // One sign a block and resample, the same for every group.
-        let signs: Vec<f64> =
-            (0..RESAMPLES * self.blocks.len()).map(|_| if random.random_bool(0.5) { 1.0 } else { -1.0 }).collect();
-        let statistics: Vec<(f64, Vec<f64>)> = groups.par_iter().map(|group| self.statistics(group, &signs)).collect();
-        let ranked: Vec<Vec<f64>> = statistics.iter().map(|(found, chance)| chances(*found, chance)).collect();
-        let families = step_down(&ranked);
-        groups
-            .iter()
-            .zip(statistics)
-            .zip(ranked.iter().zip(families))
-            .map(|((group, (found, _)), (ranked, family_chance))| {
-                let limits = self.limits(group);
-                let as_a_whole = matches!(group.direction, Direction::Effect(..)) && group.sizes.is_empty();
-                Screened {
-                    direction: group.direction,
-                    promised: found / self.squares.max(f64::MIN_POSITIVE),
-                    chance: ranked[0],
-                    family_chance,
-                    limits: group.sizes.iter().zip(&limits).map(|((number, _), limit)| (*number, *limit)).collect(),
-                    dose: limits.first().copied().filter(|_| as_a_whole),
-                }
-            })
-            .collect()
+        (0..RESAMPLES * self.blocks.len()).map(|_| if random.random_bool(0.5) { 1.0 } else { -1.0 }).collect()
+    }
+
+    /// What a direction promises, and what it promises with the signs of the blocks changed.
+    pub(super) fn test(&self, group: &Group, signs: &[f64]) -> Tested {
+        let (found, accidental) = self.statistics(group, signs);
+        let chances = chances(found, &accidental);
+        let limits = self.limits(group);
+        let as_a_whole = matches!(group.direction, Direction::Effect(..)) && group.sizes.is_empty();
+        let squares = self.squares.max(f64::MIN_POSITIVE);
+        let screened = Screened {
+            direction: group.direction,
+            promised: found / squares,
+            by_accident: accidental.iter().sum::<f64>() / (accidental.len().max(1) as f64 * squares),
+            chance: chances[0],
+            family_chance: 1.0,
+            limits: group.sizes.iter().zip(&limits).map(|((number, _), limit)| (*number, *limit)).collect(),
+            dose: limits.first().copied().filter(|_| as_a_whole),
+        };
+        Tested { screened, chances }
     }
 
     /// Upper 95 % limits of the coordinates of a group's columns, from where one step of the linear model puts them and the
@@ -473,8 +448,23 @@ impl Scores {
     }
 }
 
+/// A direction that was tested by itself.
+pub(super) struct Tested {
+    screened: Screened,
+    /// Its chance, then those of the resamples.
+    chances: Vec<f64>,
+}
+
+/// Directions as a family: how often chance makes any of them look as likely.
+pub(super) fn family(tested: Vec<Tested>) -> Vec<Screened> {
+    let (screened, chances): (Vec<Screened>, Vec<Vec<f64>>) =
+        tested.into_iter().map(|one| (one.screened, one.chances)).unzip();
+    let families = step_down(&chances);
+    screened.into_iter().zip(families).map(|(one, family_chance)| Screened { family_chance, ..one }).collect()
+}
+
 /// Rollouts that make a block of at least [`BLOCK_S`].
-fn block_rollouts(track: &Track) -> usize {
+pub(super) fn block_rollouts(track: &Track) -> usize {
     let longest = track.segments.iter().map(|one| track.t[one.last - 1] - track.t[one.first]).fold(0.0, f64::max);
     (BLOCK_S / longest.max(1e-6)).ceil().clamp(1.0, 100.0) as usize
 }

@@ -25,6 +25,8 @@ pub struct Candidate {
     pub sized: bool,
     /// The same where the numbers of its shape are known.
     pub sized_in_its_shape: bool,
+    /// What it leaves speaks against it.
+    pub refuted: bool,
     /// Fitted to all rollouts, not only to those of a first look.
     pub in_full: bool,
 }
@@ -36,12 +38,20 @@ impl Candidate {
         self.evaluation.mean_square()
     }
 
+    /// Median of the held-out rollouts' mean square errors, rad².
+    #[must_use]
+    pub fn usual_square(&self) -> f64 {
+        let mut squares: Vec<f64> = self.evaluation.errors.iter().map(|(sum, freedom)| sum / freedom).collect();
+        common::median(&mut squares).unwrap_or(0.0)
+    }
+
     /// A fit, judged.
     pub(super) fn of(session: &Session, fit: Fit, in_full: bool) -> Self {
         let sized = fit.effects.iter().all(|effect| fit.has_size(&session.model, *effect));
         let sized_in_its_shape = fit.effects.iter().all(|effect| fit.has_size_in_its_shape(&session.model, *effect));
         let evaluation = session.evaluate(&fit);
-        Self { effects: fit.effects.clone(), evaluation, fit, sized, sized_in_its_shape, in_full }
+        let effects = fit.effects.clone();
+        Self { effects, evaluation, fit, sized, sized_in_its_shape, refuted: false, in_full }
     }
 
     /// Takes over another fit of the same effects where it does better; one whose numbers the file rules out must do much better
@@ -176,7 +186,18 @@ pub fn floor(session: &Session, candidates: &[Candidate]) -> f64 {
 /// The model with the least held-out error.
 #[must_use]
 pub fn best(candidates: &[Candidate]) -> Option<&Candidate> {
-    candidates.iter().min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
+    place_of_best(candidates).map(|place| &candidates[place])
+}
+
+/// The same of some of them.
+pub fn best_of<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> Option<&'a Candidate> {
+    candidates.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
+}
+
+/// Where it is among them.
+#[must_use]
+pub fn place_of_best(candidates: &[Candidate]) -> Option<usize> {
+    (0..candidates.len()).min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
 }
 
 /// Places of the single effects, the best one first.

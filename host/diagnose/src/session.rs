@@ -1,5 +1,7 @@
 //! One diagnosis at work: the runs made ready, the noise floor, and fits and judgements of models on them.
 
+use std::ops::Range;
+
 use effects::Id;
 use rayon::prelude::*;
 use robot_file::robot::Robot;
@@ -262,6 +264,19 @@ impl Session {
         let before = self.fit_noise;
         self.fit_noise = self.measure(&fit, true).min(before);
         self.thin();
+    }
+
+    /// Parts of the held-out rollouts that are to judge each other: runs, or halves of the only one.
+    #[must_use]
+    pub fn parts(&self) -> Vec<Range<usize>> {
+        let mut end = 0;
+        let by_run = self.held_out.iter().map(|track| {
+            let first = end;
+            end += track.segments.len();
+            first..end
+        });
+        let parts: Vec<Range<usize>> = by_run.collect();
+        if parts.len() > 1 { parts } else { vec![0..end / 2, end / 2..end] }
     }
 
     /// What fits are made to.

@@ -356,6 +356,7 @@ fn the_json_has_the_keys_of_the_format_and_no_more() {
         "noise_floor",
         "before",
         "after",
+        "after_cross_judged",
         "gain",
         "left_over",
         "missing_terms",

@@ -7,6 +7,7 @@ use robot_file::robot::{Potentiometer, Robot, Sensor};
 
 use super::DiagnoseError;
 use super::blind_arc::{MARGIN, drop_jumps};
+use super::probe::SLOW;
 use recording::{AngleReading, Drive, Recording};
 
 /// A rollout needs at least this many readings.
@@ -43,6 +44,10 @@ pub struct Track {
     pub enable: Vec<bool>,
     /// Current, A, NaN where missing; empty without a column.
     pub current: Vec<f64>,
+    /// Time since the shaft stood or turned round, s.
+    pub since_reversal: Vec<f64>,
+    /// Which of all runs it is.
+    pub place: usize,
     /// Rollouts.
     pub segments: Vec<Segment>,
 }
@@ -73,6 +78,30 @@ pub struct Cut {
 const FASTER: f64 = 2.0;
 /// rad.
 const NEARLY_HALF_A_TURN: f64 = 2.5;
+
+/// Shortest time over which a speed is taken from readings, s.
+const SPEED_OVER_S: f64 = 0.02;
+
+/// Time since the shaft was last slower than `slow` (rad/s) or turned the other way, s, as the readings tell it at each sample.
+fn since_reversal(t: &[f64], angle: &[f64], slow: f64) -> Vec<f64> {
+    let mut since = vec![0.0; t.len()];
+    let (mut back, mut last, mut turned) = (0, t.first().copied().unwrap_or(0.0), 0.0);
+    for k in 0..t.len() {
+        while back + 1 < k && t[k] - t[back + 1] >= SPEED_OVER_S {
+            back += 1;
+        }
+        let speed = (angle[k] - angle[back]) / (t[k] - t[back]).max(SPEED_OVER_S);
+        // Where readings are missing, the shaft goes on as before.
+        if speed.is_finite() {
+            if speed.abs() < slow || speed * turned < 0.0 {
+                last = t[k];
+            }
+            turned = speed;
+        }
+        since[k] = t[k] - last;
+    }
+    since
+}
 
 impl Track {
     /// Checks a recording and makes it ready; `index` names a run without a path.
@@ -139,10 +168,13 @@ impl Track {
             drive_integral[i] = drive_integral[i - 1] + drive[i - 1] * (recording.t_s[i] - recording.t_s[i - 1]);
         }
         let current: Vec<f64> = recording.current_a.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect();
+        let unwrapped = unwrapped(&angle, FASTER * no_load_speed(robot) * usual_step(&recording.t_s));
         let mut track = Self {
             t: recording.t_s.clone(),
             weight: angle.iter().map(|reading| f64::from(reading.is_some())).collect(),
-            angle: unwrapped(&angle, FASTER * no_load_speed(robot) * usual_step(&recording.t_s)),
+            since_reversal: since_reversal(&recording.t_s, &unwrapped, SLOW * no_load_speed(robot)),
+            place: index,
+            angle: unwrapped,
             drive_scale: drive.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
             drive,
             terminals_measured,

@@ -59,7 +59,8 @@ pub struct Gain {
 /// Where the error that remains lives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOver {
-    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `time_s` or `time_in_rollout_s`.
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `current_a`, `time_s`, `time_since_reversal_s` or `run`: the run's place among
+    /// all, those that were fitted on first.
     pub coordinate: String,
     /// Lower end of the range.
     pub from: f64,
@@ -81,6 +82,8 @@ pub enum TermKind {
     TorqueAlongVoltageNm,
     /// An error of the angle reading, rad.
     ReadingRad,
+    /// How fast the sensor gains on the shaft, rad/s.
+    SlipRadPerS,
 }
 
 /// What the file's model lacks, as a curve over one coordinate that nobody has chosen a law for: of the refitted model linearised
@@ -88,7 +91,7 @@ pub enum TermKind {
 /// instance. Each coordinate is looked at alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MissingTerm {
-    /// `angle_rad`, `speed_rad_per_s`, `voltage_v` or `time_s`.
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `current_a`, `time_s`, `time_since_reversal_s` or `run`.
     pub coordinate: String,
     /// What it is, and in what unit.
     pub kind: TermKind,
@@ -143,6 +146,9 @@ pub struct Diagnosis {
     pub before: f64,
     /// The same of the extended model (equal to `before` when there is no cause), rad.
     pub after: f64,
+    /// The same where each held-out run is judged with the model, of as many effects, that the other held-out runs choose, rad: about
+    /// `after` where the choice is clear, more where choosing among many models flatters it.
+    pub after_cross_judged: f64,
     /// How much of the excess the causes remove.
     pub gain: Gain,
     /// Where the rest lives; `None` when nothing is left.
@@ -276,7 +282,7 @@ pub struct CandidateEvidence {
 /// Root mean square of the held-out rollout error against one coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MisfitCurve {
-    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `time_s` or `time_in_rollout_s`.
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `current_a`, `time_s`, `time_since_reversal_s`, `run` or `time_in_rollout_s`.
     pub coordinate: String,
     /// Bins, ascending; bins with too few samples are left out.
     pub bins: Vec<MisfitBin>,

@@ -186,6 +186,7 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
         noise_floor: FLOOR,
         before: before * FLOOR,
         after: after * FLOOR,
+        after_cross_judged: after * FLOOR,
         gain: if named.is_empty() {
             Gain::default()
         } else {

@@ -123,6 +123,8 @@ pub(super) fn coordinate(name: &str) -> (&'static str, &'static str, f64) {
         "voltage_v" => ("commanded voltage", "V", 1.0),
         "current_a" => ("motor current", "A", 1.0),
         "time_s" => ("time in the run", "s", 1.0),
+        "time_since_reversal_s" => ("time since it stood or turned round", "s", 1.0),
+        "run" => ("run, those that were fitted on first", "", 1.0),
         "time_in_rollout_s" => ("time since the rollout began", "ms", 1e3),
         _ => ("", "", 1.0),
     }
@@ -134,6 +136,7 @@ pub(super) fn term_kind(kind: TermKind) -> (&'static str, &'static str, f64) {
         TermKind::TorqueNm => ("torque", "mN·m", 1e3),
         TermKind::TorqueAlongMotionNm => ("torque along the motion", "mN·m", 1e3),
         TermKind::TorqueAlongVoltageNm => ("torque at full voltage", "mN·m", 1e3),
+        TermKind::SlipRadPerS => ("slip of the sensor", "rad/s", 1.0),
         TermKind::ReadingRad => ("error of the reading", "°", 180.0 / std::f64::consts::PI),
     }
 }

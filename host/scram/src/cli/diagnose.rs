@@ -416,6 +416,7 @@ fn facts(d: &Diagnosis) -> Vec<(&'static str, String)> {
     rows.push(("held-out rollout error, before", floor(d.before)));
     rows.push(("held-out rollout error, after", floor(d.after)));
     if !d.causes.is_empty() {
+        rows.push(("the same, each run judged by a choice without it", floor(d.after_cross_judged)));
         let gain = &d.gain;
         let text = format!("{:.0} % ({:.0} … {:.0})", gain.percent_of_excess_removed, gain.low, gain.high);
         rows.push(("excess error removed", text));

@@ -141,7 +141,7 @@ impl Effect {
             Self::SupplyClip => &["voltage_v", "current_a"],
             Self::EncoderSkip => &["time_s", "speed_rad_per_s"],
             Self::BeltCreep => &["voltage_v", "current_a", "speed_rad_per_s"],
-            Self::RememberedLoad => &["time_s", "voltage_v", "current_a", "since_reversal_s", "since_standstill_s"],
+            Self::RememberedLoad => &["time_s", "voltage_v", "current_a", "time_since_reversal_s"],
             _ => &[],
         }
     }
