@@ -189,7 +189,8 @@ pub(super) struct Builder {
     has_temperature: bool,
     duty_name: &'static str,
     angle_name: &'static str,
-    watch: Watch,
+    /// `None` takes values as they are written.
+    watch: Option<Watch>,
 }
 
 impl Builder {
@@ -221,8 +222,14 @@ impl Builder {
             has_temperature: layout.has(Column::Temperature),
             duty_name: if is_duty { "duty" } else { "voltage_v" },
             angle_name: if is_adc { "adc" } else { "angle_rad" },
-            watch: Watch::default(),
+            watch: Some(Watch::default()),
         }
+    }
+
+    /// Judges no unit where values are taken as they are written ([`super::ReadOptions::as_written`]).
+    pub(super) fn judging_units(mut self, as_written: bool) -> Self {
+        self.watch = (!as_written).then(Watch::default);
+        self
     }
 
     fn cell(&self, row: RowNumber, column: &str, problem: String, help: impl Into<String>) -> RecordingError {
@@ -235,7 +242,7 @@ impl Builder {
             let help = "leave the cell empty where nothing was measured";
             return Err(self.cell(row, column, format!("{value} is not a number"), help));
         }
-        if value < range.low || value > range.high {
+        if self.watch.is_some() && (value < range.low || value > range.high) {
             let expected = format!("{value} is outside {:.0} … {:.0}", range.low, range.high);
             return Err(self.cell(row, column, expected, range.suspicion));
         }
@@ -318,7 +325,7 @@ impl Builder {
                 let help = "sort the rows by time, or cut the file where the recorder started again";
                 return Err(self.cell(row, "t_s", problem, help));
             }
-            let judged = self.watch.time_step(t_s - last);
+            let judged = self.watch.as_mut().map_or(Ok(()), |watch| watch.time_step(t_s - last));
             judged.map_err(|(column, problem, help)| self.cell(row, column, problem, help))?;
         }
         self.first_t = self.first_t.or(Some(t_s));
@@ -348,7 +355,7 @@ impl Builder {
         if matches!(self.recording.angle, AngleReading::Adc(_)) {
             self.check_code(row, column, angle)?;
         } else {
-            let judged = self.watch.angle(t_s, angle);
+            let judged = self.watch.as_mut().map_or(Ok(()), |watch| watch.angle(t_s, angle));
             judged.map_err(|(column, problem, help)| self.cell(row, column, problem, help))?;
         }
         Ok(Some(angle))
@@ -374,7 +381,7 @@ impl Builder {
         if self.rows == 0 {
             return Err(RecordingError::NoSamples { path: self.path });
         }
-        let judged = self.watch.finish();
+        let judged = self.watch.as_ref().map_or(Ok(()), Watch::finish);
         judged.map_err(|(column, problem, help)| self.cell(self.last_row, column, problem, help))?;
         let kept =
             Kept { rows: self.rows, kept: self.recording.len() as u64, stride: self.stride, outside: self.outside };

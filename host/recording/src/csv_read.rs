@@ -16,7 +16,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
     let mut reader = ReaderBuilder::new().flexible(true).buffer_capacity(1 << 16).from_reader(file);
     let layout = layout(path, reader.byte_headers().map_err(|e| csv_error(path, e))?)?;
 
-    let mut builder = Builder::new(path, &layout, options.limit, options.window);
+    let mut builder = Builder::new(path, &layout, options.limit, options.window).judging_units(options.as_written);
     let mut record = ByteRecord::new();
     while reader.read_byte_record(&mut record).map_err(|e| csv_error(path, e))? {
         let line = record.position().map_or(0, csv::Position::line);

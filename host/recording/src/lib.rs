@@ -167,11 +167,14 @@ pub struct ReadOptions {
     pub window: Window,
     /// Which robot, by its name in the file; needed where a session has several.
     pub robot: Option<String>,
+    /// Values that no rig measures are taken as they are written, instead of refused as in another unit: for whoever compares
+    /// the recording with its rig and can tell which unit.
+    pub as_written: bool,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { limit: DEFAULT_LIMIT, progress: None, window: Window::default(), robot: None }
+        Self { limit: DEFAULT_LIMIT, progress: None, window: Window::default(), robot: None, as_written: false }
     }
 }
 

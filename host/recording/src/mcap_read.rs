@@ -17,6 +17,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
         path,
         limit: options.limit,
         window: options.window,
+        as_written: options.as_written,
         contents: Contents::default(),
         choice: Choice::new(options.robot.as_deref()),
         own_name: None,
@@ -31,6 +32,7 @@ struct State<'a> {
     path: &'a Path,
     limit: usize,
     window: Window,
+    as_written: bool,
     contents: Contents,
     choice: Choice,
     /// Of the robot that is read, where the file is of several.
@@ -63,7 +65,7 @@ impl State<'_> {
         })?;
         if self.rows.is_none() {
             let layout = Layout::of(self.path, message.keys().cloned().collect())?;
-            let builder = Builder::new(self.path, &layout, self.limit, self.window);
+            let builder = Builder::new(self.path, &layout, self.limit, self.window).judging_units(self.as_written);
             self.rows = Some((layout, builder));
         }
         let Some((layout, builder)) = &mut self.rows else { return Ok(()) };

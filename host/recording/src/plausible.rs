@@ -102,7 +102,15 @@ impl Watch {
         self.run_time += step_t;
         if self.run_steps >= STEPS_OF_A_MOTION && self.run_travel > FASTEST_RAD_PER_S * self.run_time {
             let speed = self.run_travel / self.run_time;
-            return Err(degrees(format!("the angle changes by {speed:.0} a second, which no gearmotor's output does")));
+            return Err((
+                "angle_rad",
+                format!(
+                    "the angle changes by {speed:.0} a second, which no gearmotor's output does; expected are radians of the output"
+                ),
+                "these may be degrees (multiply by π/180), counts, or radians of the motor before its gears: scram new-rig --check \
+                 ROBOT.toml RUN says which"
+                    .into(),
+            ));
         }
         Ok(())
     }

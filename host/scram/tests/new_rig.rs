@@ -184,7 +184,7 @@ fn a_check_passes_the_rig_and_says_what_is_wrong_with_another_unit() {
 }
 
 #[test]
-fn what_a_reader_refuses_is_a_finding_and_a_missing_file_is_none() {
+fn a_duty_that_is_none_is_a_finding_even_where_nothing_turns_and_a_missing_file_is_none() {
     let directory = temporary();
     let at = directory.path();
     succeeds(at, LABEL);
@@ -192,7 +192,7 @@ fn what_a_reader_refuses_is_a_finding_and_a_missing_file_is_none() {
     let output = scram(at, "new-rig --check rig.toml percent.csv");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.contains("divide by 100"), "{said}");
+    assert!(said.contains("if the duty is in percent: ") && said.contains("divide duty by 100"), "{said}");
     refuses(at, "new-rig --check rig.toml nothing.csv", 1, &["nothing.csv"]);
     std::fs::write(at.join("row.csv"), "t_s,duty,angle_rad\n0,0.5,0\n").unwrap();
     refuses(at, "new-rig --check rig.toml row.csv", 1, &["nothing was checked", "row.csv"]);

@@ -170,6 +170,9 @@ pub fn explain(answer: &Answer, at: &Circumstances, read: &dyn Fn(DriveAs) -> Re
     if found.is_empty() && at.rows_are_slow() {
         return clocks(at);
     }
+    if found.is_empty() && at.drive.is_beyond_duty && !answer.is_known() {
+        return full_scales(at);
+    }
     let simplest = found.iter().map(|one| one.causes.len()).min().unwrap_or(usize::MAX);
     found.retain(|one| one.causes.len() == simplest);
     if !at.drive.is_beyond_duty && !at.rows_are_slow() {
@@ -355,6 +358,15 @@ fn clocks(at: &Circumstances) -> Vec<Explanation> {
         })
         .collect();
     found.sort_by(|a, b| a.penalty.total_cmp(&b.penalty));
+    found
+}
+
+/// Scales of a duty by nothing but how large it is.
+fn full_scales(at: &Circumstances) -> Vec<Explanation> {
+    let one = |drive: DrivePart| Explanation { causes: vec![drive.cause], penalty: drive.penalty };
+    let mut found: Vec<Explanation> = drives(at).into_iter().map(one).collect();
+    found.sort_by(|a, b| a.penalty.total_cmp(&b.penalty));
+    found.truncate(MOST);
     found
 }
 

@@ -4,7 +4,7 @@ use super::mapping::{Mapping, Source};
 use super::table::{Table, listed};
 use super::units::Quantity;
 use crate::builder::{Builder, Layout, Values};
-use crate::{Kept, Recording, RecordingError, Window};
+use crate::{Kept, ReadOptions, Recording, RecordingError, Window};
 
 /// A commanded voltage beyond the supply by no more than this share is the scatter of two measurements.
 const VOLTAGE_SCATTER: f64 = 0.1;
@@ -190,13 +190,9 @@ impl LeftOut {
     }
 }
 
-/// Makes a recording of at most `limit` samples.
-pub(super) fn convert(
-    table: &Table,
-    mapping: &Mapping,
-    window: &Window,
-    limit: usize,
-) -> Result<Converted, RecordingError> {
+/// Makes a recording of at most so many samples as the options say.
+pub(super) fn convert(table: &Table, mapping: &Mapping, options: &ReadOptions) -> Result<Converted, RecordingError> {
+    let window = &options.window;
     let mapped = Mapped { table, mapping };
     mapped.check_time()?;
     mapped.check_supply()?;
@@ -208,7 +204,8 @@ pub(super) fn convert(
     names.extend(mapping.has(Quantity::Current).then_some("current_a"));
     names.extend(mapping.has(Quantity::Temperature).then_some("temperature_c"));
     let layout = Layout::of(&table.path, names.into_iter().map(String::from).collect())?;
-    let mut builder = Builder::new(&table.path, &layout, limit, Window::default());
+    let mut builder =
+        Builder::new(&table.path, &layout, options.limit, Window::default()).judging_units(options.as_written);
 
     let column = |quantity| mapped.column(quantity);
     let (time, enable, supply) = (column(Quantity::Time), column(Quantity::Enable), column(Quantity::Supply));

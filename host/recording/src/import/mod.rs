@@ -106,8 +106,7 @@ fn finish(
     metadata: Metadata,
     mut notes: Vec<String>,
 ) -> Result<Imported, RecordingError> {
-    let Converted { recording, kept, left_out, mut warnings } =
-        convert::convert(table, mapping, &options.window, options.limit)?;
+    let Converted { recording, kept, left_out, mut warnings } = convert::convert(table, mapping, options)?;
     warnings.extend(checks::look(&recording, table, mapping));
     let record = ImportRecord {
         source: table.path.display().to_string(),

@@ -32,7 +32,9 @@ pub fn check(
 ) -> Result<Found, Failure> {
     let robot = load_robot(robot_file)?;
     let (mapping, window) = (mapping.read()?, window.read()?);
-    let options = ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), window, ..ReadOptions::default() };
+    // What a reader refuses as in another unit is for the check to say which.
+    let options =
+        ReadOptions { limit: MOST_SAMPLES, progress: Some(bar), window, as_written: true, ..ReadOptions::default() };
     let (mut recordings, mut refused) = (Vec::new(), Vec::new());
     for path in runs {
         match read(path, &robot, mapping.as_ref(), &options) {
