@@ -300,11 +300,11 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
     /// Factor on the coefficient of friction of a foot that slides at `speed` (m/s) under `load` (N).
     #[inline]
     #[must_use]
-    fn foot_friction(&self, _speed: f64, _load: f64) -> f64 {
+    fn friction_factor(&self, _speed: f64, _load: f64) -> f64 {
         1.0
     }
 
-    /// Whether [`Self::foot_friction`] is anything but one.
+    /// Whether [`Self::friction_factor`] is anything but one.
     #[must_use]
     fn varies_foot_friction(&self) -> bool {
         false
@@ -317,10 +317,37 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
         1.0
     }
 
+    /// Factor on the coefficient of friction of one foot: its module and its side, both from 0, left before right.
+    #[must_use]
+    fn foot_share(&self, _module: usize, _side: usize) -> f64 {
+        1.0
+    }
+
     /// Direction of gravity, a unit vector in the ground's frame, of one on level ground.
     #[inline]
     #[must_use]
     fn down(&self, down: [f64; 3]) -> [f64; 3] {
         down
+    }
+
+    // In the body.
+
+    /// Where a courier's mass is centred, from the middle of its box in its own frame (x ahead, y to the left, z up), m.
+    #[must_use]
+    fn payload(&self) -> [f64; 3] {
+        [0.0; 3]
+    }
+
+    /// Factors on the stiffness and on the damping of a backbone, counted from 0 at the front.
+    #[must_use]
+    fn backbone_shares(&self, _backbone: usize) -> [f64; 2] {
+        [1.0; 2]
+    }
+
+    /// By how much stiffer a backbone is, as a share, where its ends are turned by 1 rad against each other: torsion,
+    /// stiff and soft bending. It grows with the square of the turn.
+    #[must_use]
+    fn hardening(&self) -> [f64; 3] {
+        [0.0; 3]
     }
 }

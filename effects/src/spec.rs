@@ -96,7 +96,7 @@ pub enum Acts {
     Sensor,
     /// At the feet of a robot on the ground.
     Foot,
-    /// In the ground itself.
+    /// In the ground, or in the body that walks on it.
     Ground,
 }
 
@@ -117,7 +117,7 @@ impl Acts {
             Self::Shaft => "on the shaft",
             Self::Sensor => "between the shaft and the reading",
             Self::Foot => "at the feet",
-            Self::Ground => "in the ground",
+            Self::Ground => "in the body or in the ground under it",
         }
     }
 }

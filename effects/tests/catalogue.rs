@@ -232,7 +232,7 @@ fn without_effects_nothing_changes() {
     let none = Laws::NONE;
     assert_eq!((none.duty(0.3), none.friction_level(0.0, 5.0, 1.0), none.torque(1.0)), (0.3, 0.0, 0.0));
     assert_eq!((none.reading_error(1.0), none.reading_age(), none.supply_resistance()), (0.0, 0.0, 0.0));
-    assert_eq!((none.foot_friction(0.1, 0.2), none.lateral_share(), none.down()), (1.0, 1.0, [0.0, 0.0, -1.0]));
+    assert_eq!((none.friction_factor(0.1, 0.2), none.lateral_share(), none.down()), (1.0, 1.0, [0.0, 0.0, -1.0]));
     assert_eq!((none.presliding(), none.bridge()), (None, effects::BridgeDrop::default()));
 }
 

@@ -4,7 +4,9 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::body::{alone, damped, difference, in_space, norm, rest, robot, run, segmented, settings};
+use common::body::{
+    alone, damped, difference, in_space, mirrored, norm, rest, robot, run, segmented, settings, uneven,
+};
 use common::default_robot;
 use hal_sim::body::coordinates::Coordinates;
 use hal_sim::body::{Drive, Ensemble, Plan, Snapshot, Track};
@@ -148,7 +150,19 @@ fn the_mirror_turns_lateral_and_yaw_round() {
         [0.0, 60.0, 90.0, 120.0].into_iter().flat_map(|alpha| [6.0, 7.0, 8.0].map(|f| (alpha, f))).collect();
     let (plans, hertz): (Vec<_>, Vec<_>) = cases.iter().map(|(alpha, f)| (robot(4, *alpha), *f)).unzip();
     let (mirrors, back): (Vec<_>, Vec<_>) = cases.iter().map(|(alpha, f)| (robot(4, 180.0 - alpha), -f)).unzip();
-    let (here, there) = (speeds(&plans, &hertz), speeds(&mirrors, &back));
+    assert_mirrored(&plans, &hertz, &mirrors, &back);
+    // What is uneven is mirrored with the rest.
+    let (plans, mirrors): (Vec<_>, Vec<_>) = cases
+        .iter()
+        .map(|(alpha, _)| uneven(robot(4, *alpha)))
+        .zip(&cases)
+        .map(|(plan, (alpha, _))| (plan.clone(), mirrored(&plan, *alpha)))
+        .unzip();
+    assert_mirrored(&plans, &hertz, &mirrors, &back);
+}
+
+fn assert_mirrored(plans: &[Plan], hertz: &[f64], mirrors: &[Plan], back: &[f64]) {
+    let (here, there) = (speeds(plans, hertz), speeds(mirrors, back));
     for (component, (name, sign)) in [("vx", 1.0), ("vy", -1.0), ("yaw", -1.0)].into_iter().enumerate() {
         let largest = here.iter().map(|speed| speed[component].abs()).fold(0.0, f64::max);
         let pairs = here.iter().zip(&there);

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::TAU;
 
 use common::body::{
-    G, STILL, alone, brief, difference, energy, from, in_space, norm, orders, robot, run, segmented, velocity,
+    G, STILL, alone, brief, difference, energy, from, in_space, norm, orders, robot, run, segmented, uneven, velocity,
 };
 use hal_sim::body::coordinates::Coordinates;
 use hal_sim::body::{Drive, Plan};
@@ -107,6 +107,17 @@ fn energy_and_momenta_are_kept_to_second_order_with_light_segments() {
         assert!(order >= 1.9, "{name} converges with order {order:.2}");
     }
     assert!(last.iter().all(|drift| *drift < 1e-3), "drifts of {}", brief(&last));
+}
+
+#[test]
+fn an_uneven_body_keeps_them_as_well() {
+    // Off-centre mass, inertias of its own, unequal and hardening backbones: each by its own energy and momentum.
+    let plan = undamped(uneven(segmented(robot(4, 60.0), 1)));
+    let (last, order) = table("uneven, 1 segment", &plan, 0.2, 4e-4, 0.2);
+    for (name, order) in ["energy", "momentum", "angular momentum"].iter().zip(order) {
+        assert!(order >= 1.9, "{name} converges with order {order:.2}");
+    }
+    assert!(last.iter().all(|drift| *drift < 3e-4), "drifts of {}", brief(&last));
 }
 
 #[test]

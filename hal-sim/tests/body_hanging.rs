@@ -82,6 +82,28 @@ fn a_large_swing_is_slower_by_the_arithmetic_geometric_mean() {
     }
 }
 
+#[test]
+fn a_hardening_hinge_swings_as_duffings() {
+    for (axis, amplitude, hardening) in [(1, 0.3_f64, 20.0), (2, 0.3, 20.0), (2, 0.2, 5.0)] {
+        let mut plan = Plan { gravity: [0.0; 3], ..pendulum(2e-3) };
+        plan.backbones[0].hardening[axis] = hardening;
+        let (inertia, _) = inertia_and_lever(&plan, axis);
+        // Energy with q = A sin θ: a quarter period is ∫ dθ / √(k/I (1 + ½ h A² (1 + sin² θ))), by the midpoint rule, which
+        // of a period is exact to rounding.
+        let count = 64;
+        let at = |i: i32| {
+            let sin = (0.5 * PI * (f64::from(i) + 0.5) / f64::from(count)).sin();
+            (2e-3 / inertia * (1.0 + 0.5 * hardening * amplitude * amplitude * (1.0 + sin * sin))).sqrt().recip()
+        };
+        let expected = (f64::from(count)) / (0..count).map(at).sum::<f64>();
+        let found = swing(&plan, axis, amplitude, 1e-4);
+        let linear = (2e-3 / inertia).sqrt();
+        println!("{amplitude} rad about axis {axis}: {found:.6} rad/s, closed form {expected:.6}, linear {linear:.6}");
+        assert!(expected > 1.05 * linear, "the case hardens");
+        assert!((found / expected - 1.0).abs() < 2e-5, "{amplitude} rad: {found} rad/s, expected {expected}");
+    }
+}
+
 /// Angles at rest of a plane chain of boxes that sags from a clamped end under gravity across it, by Newton on the
 /// balance of torques: `k θ_i = Σ_{j ≥ i} g m_j (x_j − x_i)`, x along the level from the clamp.
 fn sagging(stiffness: f64, links: &[(f64, f64, f64)], gravity: f64) -> Vec<f64> {

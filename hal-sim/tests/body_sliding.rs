@@ -81,6 +81,30 @@ fn friction_across_the_feet_is_a_share_of_that_along() {
 }
 
 #[test]
+fn each_foot_has_its_own_friction() {
+    let shared = |shares: [f64; 2]| {
+        let mut plan = low(|_| ());
+        plan.modules.iter_mut().for_each(|module| module.friction_shares = shares);
+        plan
+    };
+    for shares in [[0.5, 0.5], [0.4, 1.0], [1.0, 0.4]] {
+        let plan = shared(shares);
+        let (found, expected) = (deceleration(&plan, [1.0, 0.0]), 0.5 * MU * (shares[0] + shares[1]));
+        let turned = {
+            let mut body = launched(&plan, [0.3, 0.0, 0.0]);
+            run(&mut body, 0.02, STILL);
+            body.coordinates(0).angular_velocity[2]
+        };
+        println!("{shares:?}: decelerates by {found:.5} g, {expected:.5} expected, turns at {turned:.3} rad/s");
+        // A block that turns slides aside a little.
+        assert!((found / expected - 1.0).abs() < 2e-2, "{shares:?}: {found} g, expected {expected}");
+        // It swings round to the side that grips more: to its left, counter-clockwise, where the left foot does.
+        let swings = shares[0] - shares[1];
+        assert!(if swings == 0.0 { turned.abs() < 1e-9 } else { turned * swings > 0.1 }, "{shares:?}: {turned} rad/s");
+    }
+}
+
+#[test]
 fn friction_falls_with_speed_as_stribeck_says() {
     let (excess, stribeck) = (0.5, 0.1);
     let plan = low(|contact| {

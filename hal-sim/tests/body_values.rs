@@ -4,7 +4,7 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::body::{difference, in_space, norm, robot, settings};
+use common::body::{difference, in_space, norm, robot, settings, uneven};
 use effects::{FootAnisotropy, FootLoadFriction, FootStribeck};
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings, Snapshot};
 
@@ -23,6 +23,9 @@ fn drive(i: usize) -> Drive {
 fn plan(i: usize) -> Plan {
     let mut plan = robot(4, ALPHAS[i]);
     // All laws beside each other: plain, and with each thing that a robot file may switch on.
+    if i.is_multiple_of(4) {
+        plan = uneven(plan);
+    }
     let contact = plan.contact.as_mut().unwrap();
     match i {
         1 => contact.laws.foot_stribeck = Some(FootStribeck { excess_share: 0.3, speed_m_per_s: 0.05 }),

@@ -1,9 +1,10 @@
 //! What stands behind a key: quantities, numbers, lists, texts, words.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use crate::robot::Quantity;
-use crate::schema::{Part, Place, Reader, Shape, nearest};
+use crate::schema::{Part, Place, Reader, Shape, TomlTable, join, nearest};
 use crate::tree::{Entry, Value};
 use crate::unit;
 
@@ -164,6 +165,77 @@ impl Part for String {
                 None
             }
         }
+    }
+}
+
+/// A list of a few words: what one of them is called, and what the list is.
+pub(crate) fn read_words<T: Copy>(
+    reader: &mut Reader,
+    place: &Place<'_>,
+    (one, list): (&str, &str),
+    words: &[(&'static str, T)],
+) -> Option<Vec<T>> {
+    let names: Vec<_> = words.iter().map(|(name, _)| *name).collect();
+    let quoted: Vec<_> = names.iter().map(|name| format!("\"{name}\"")).collect();
+    let entry = reader.need(place, "field", format!("`{} = [{}, …]`", place.key, quoted.join(", ")))?;
+    let Value::Array(items) = &entry.value else {
+        reader.wrong_type(place, entry, list);
+        return None;
+    };
+    let mut found = Vec::with_capacity(items.len());
+    for (at, item) in items {
+        let Value::Text(text) = item else {
+            reader.wrong(at, place.field(), format!("expected a {one}, found {}", item.what()), None);
+            return None;
+        };
+        let Some((_, word)) = words.iter().find(|(name, _)| name == text) else {
+            let near = nearest(text, &names).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            let help = Some(format!("{near}allowed are {}", names.join(", ")));
+            reader.wrong(at, place.field(), format!("unknown {one} `{text}`"), help);
+            return None;
+        };
+        found.push(*word);
+    }
+    Some(found)
+}
+
+/// A table of tables whose keys are numbers, from 1.
+impl<T: TomlTable> Part for BTreeMap<usize, T> {
+    type Spec = ();
+    const OPTIONAL: bool = true;
+
+    fn shape((): &()) -> Shape {
+        Shape::Numbered(T::fields())
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, (): &()) -> Option<Self> {
+        if place.entry().is_none() {
+            return Some(Self::new());
+        }
+        let mut read = Some(Self::new());
+        for (key, entry) in &reader.need_table(place)?.entries {
+            let field = join(&place.field(), key);
+            let number = key.parse().ok().filter(|number: &usize| *number > 0 && number.to_string() == *key);
+            let one = match (number, &entry.value) {
+                (None, _) => {
+                    let help = Some(format!("write [{}.N], N being 1 for the first", place.field()));
+                    reader.wrong(&entry.key, field, "is no number", help);
+                    None
+                }
+                (Some(_), value @ (Value::Array(_) | Value::Number(_) | Value::Text(_) | Value::Other(_))) => {
+                    let message = format!("expected a table, found {}", value.what());
+                    reader.wrong(&entry.value_at, field, message, None);
+                    None
+                }
+                (Some(number), Value::Table(table)) => T::read_table(reader, table, &field).map(|one| (number, one)),
+            };
+            // All are read before any is missed: every mistake is told at once.
+            read = read.zip(one).map(|(mut read, (number, one))| {
+                read.insert(number, one);
+                read
+            });
+        }
+        read
     }
 }
 

@@ -32,6 +32,9 @@ fn write_fields(text: &mut String, path: &str, fields: &[Field]) {
         let inner = if path.is_empty() { field.key.to_owned() } else { format!("{path}.{}", field.key) };
         match &field.shape {
             Shape::Table(fields) => write_table(text, &inner, field.meaning, field.optional, fields),
+            Shape::Numbered(fields) => {
+                write_table(text, &format!("{inner}.N"), field.meaning, field.optional, fields);
+            }
             Shape::Kinds(kinds) => write_kinds(text, &inner, field, kinds),
             _ => {}
         }
@@ -61,7 +64,7 @@ fn row(field: &Field) -> Option<String> {
         Shape::Word(words) => (String::new(), listed(words)),
         Shape::Words(words) => (String::new(), format!("list of {}", listed(words))),
         Shape::Pairs(units, what) => (units.join(", "), format!("list of pairs: {what}")),
-        Shape::Table(_) | Shape::Kinds(_) => return None,
+        Shape::Table(_) | Shape::Numbered(_) | Shape::Kinds(_) => return None,
     };
     // A bar would end the cell.
     let meaning = field.meaning.replace('|', "\\|");

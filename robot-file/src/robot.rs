@@ -12,7 +12,9 @@ use std::path::Path;
 use serde::Serialize;
 
 pub use self::effects::Effects;
-pub use body::{Backbone, Body, Eccentric, Feet, Ground, Module, ModuleKind};
+pub use body::{
+    Backbone, Body, Eccentric, Feet, FootNumbers, Ground, Module, ModuleKind, ModuleNumbers, OwnModule, Side,
+};
 pub use controller::Controller;
 pub use radio::Radio;
 pub use sensor::{Adc, Correction, Encoder, InGap, Potentiometer, SecondPotentiometer, Sensor};

@@ -25,6 +25,8 @@ pub enum Shape {
     Pairs([&'static str; 2], &'static str),
     /// A table with these fields.
     Table(Vec<Field>),
+    /// Tables with these fields under numbers from 1.
+    Numbered(Vec<Field>),
     /// A table whose `kind` says which fields it has.
     Kinds(Vec<(&'static str, Vec<Field>)>),
 }

@@ -213,9 +213,9 @@ fn unknown_effect() {
     );
     says(
         "[effects.coulomb_friction]",
-        "[effects.payload_offset]",
+        "[effects.blind_arc]",
         &format!(
-            "bench.toml:30: effects.payload_offset: this effect has a name but is not modelled yet; remove the table; modelled \
+            "bench.toml:30: effects.blind_arc: this effect has a name but is not modelled yet; remove the table; modelled \
              are {modelled}"
         ),
     );

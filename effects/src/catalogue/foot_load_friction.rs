@@ -43,7 +43,7 @@ impl Effect for FootLoadFriction {
     }
 
     #[inline]
-    fn foot_friction(&self, _speed: f64, load: f64) -> f64 {
+    fn friction_factor(&self, _speed: f64, load: f64) -> f64 {
         // Without the bound a foot that just touches would stick for ever.
         (load.max(f64::MIN_POSITIVE) / self.load_n).powf(-self.exponent).min(3.0)
     }

@@ -42,7 +42,7 @@ impl Effect for FootStribeck {
     }
 
     #[inline]
-    fn foot_friction(&self, speed: f64, _load: f64) -> f64 {
+    fn friction_factor(&self, speed: f64, _load: f64) -> f64 {
         let ratio = speed / self.speed_m_per_s;
         1.0 + self.excess_share * (-ratio * ratio).exp()
     }

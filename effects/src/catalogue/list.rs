@@ -291,10 +291,10 @@ macro_rules! catalogue {
             /// Factor on the coefficient of friction of a foot that slides at `speed` (m/s) under `load` (N).
             #[inline]
             #[must_use]
-            pub fn foot_friction(&self, speed: f64, load: f64) -> f64 {
+            pub fn friction_factor(&self, speed: f64, load: f64) -> f64 {
                 let mut factor = 1.0;
                 $(if acts::<$law>(Acts::Foot) && let Some(law) = &self.$module {
-                    factor *= law.foot_friction(speed, load);
+                    factor *= law.friction_factor(speed, load);
                 })*
                 factor
             }
@@ -324,6 +324,47 @@ macro_rules! catalogue {
                     down = law.down(down);
                 })*
                 down
+            }
+
+            /// Factor on the coefficient of friction of one foot: its module and its side, both from 0, left before right.
+            #[must_use]
+            pub fn foot_share(&self, module: usize, side: usize) -> f64 {
+                let mut share = 1.0;
+                $(if acts::<$law>(Acts::Foot) && let Some(law) = &self.$module {
+                    share *= law.foot_share(module, side);
+                })*
+                share
+            }
+
+            /// Where a courier's mass is centred, from the middle of its box in its own frame, m.
+            #[must_use]
+            pub fn payload(&self) -> [f64; 3] {
+                let mut sum = [0.0; 3];
+                $(if acts::<$law>(Acts::Ground) && let Some(law) = &self.$module {
+                    sum.iter_mut().zip(law.payload()).for_each(|(sum, one)| *sum += one);
+                })*
+                sum
+            }
+
+            /// Factors on the stiffness and on the damping of a backbone, counted from 0 at the front.
+            #[must_use]
+            pub fn backbone_shares(&self, backbone: usize) -> [f64; 2] {
+                let mut shares = [1.0; 2];
+                $(if acts::<$law>(Acts::Ground) && let Some(law) = &self.$module {
+                    shares.iter_mut().zip(law.backbone_shares(backbone)).for_each(|(share, one)| *share *= one);
+                })*
+                shares
+            }
+
+            /// By how much stiffer a backbone is, as a share, where its ends are turned by 1 rad against each other:
+            /// torsion, stiff and soft bending.
+            #[must_use]
+            pub fn hardening(&self) -> [f64; 3] {
+                let mut sum = [0.0; 3];
+                $(if acts::<$law>(Acts::Ground) && let Some(law) = &self.$module {
+                    sum.iter_mut().zip(law.hardening()).for_each(|(sum, one)| *sum += one);
+                })*
+                sum
             }
 
             /// What is left of what they carry after a hole in a recording.

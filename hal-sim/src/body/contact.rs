@@ -61,7 +61,7 @@ pub fn touch<L: Lanes>(
 ) {
     let load = |store: &L::Store| L::load(token, store);
     let (zero, one) = (L::splat(token, 0.0), L::splat(token, 1.0));
-    let there = load(&row.there);
+    let there = load(&row.there[side]);
     let radius = load(&contact.radius);
     let centre = motion.axes.times(Vec3::load(token, &row.centres[side]));
     let height = motion.position.0[2] + centre.0[2];
@@ -93,7 +93,7 @@ pub fn touch<L: Lanes>(
         Some(special) => {
             coefficient::<L>(token, special, &contact.friction, motion.position + centre, sliding, pressed)
         }
-    };
+    } * load(&row.friction_shares[side]);
     let stretched = match &contact.lateral_excess {
         None => wanted,
         Some(excess) => {

@@ -145,15 +145,18 @@ impl Coordinates {
         let mut balance =
             Balance { kinetic: 0.0, elastic: 0.0, gravity: 0.0, momentum: [0.0; 3], angular_momentum: [0.0; 3] };
         for (module, moving) in plan.modules.iter().zip(&parts.modules) {
-            balance.add(plan, module.mass, super::skeleton::box_inertia(module.mass, module.size), moving);
+            let inertia = super::skeleton::diagonal(module.principal_inertia());
+            balance.add(plan, module.mass, inertia, &moving.point(module.mass_centre));
         }
         let backbones = plan.backbones.iter().flat_map(|b| std::iter::repeat_n(b, b.segments));
         for (joint, (backbone, moving)) in backbones.zip(&parts.segments).enumerate() {
             let size = [backbone.length / backbone.segments as f64, backbone.section[0], backbone.section[1]];
             let inertia = super::skeleton::box_inertia(backbone.segment_mass, size);
             balance.add(plan, backbone.segment_mass, inertia, moving);
-            let springs = self.angles[joint].iter().zip(backbone.stiffness);
-            balance.elastic += springs.map(|(angle, k)| 0.5 * k * angle * angle).sum::<f64>();
+            let springs = self.angles[joint].iter().zip(backbone.stiffness).zip(backbone.hardening);
+            balance.elastic += springs
+                .map(|((angle, k), hardening)| 0.5 * k * angle * angle * (1.0 + 0.5 * hardening * angle * angle))
+                .sum::<f64>();
         }
         if let (Some(eccentric), Some(bolt)) = (&plan.eccentric, &parts.bolt) {
             let [axial, across] = eccentric.inertia;
@@ -204,20 +207,9 @@ fn place(parts: &mut Parts, plan: &Plan, link: &Link, moving: &Moving) {
         parts.modules[index] = Moving { rotation: unturned, ..moving.point(centre) };
     }
     if let Some((index, centre)) = link.segment {
-        let roll = super::skeleton::rotation_x(plan.backbones[backbone_of(plan, index)].roll);
+        let roll = super::skeleton::rotation_x(plan.backbone_of(index).roll);
         parts.segments[index] = Moving { rotation: product(unturned, roll), ..moving.point(centre) };
     }
-}
-
-fn backbone_of(plan: &Plan, segment: usize) -> usize {
-    let mut first = 0;
-    for (index, backbone) in plan.backbones.iter().enumerate() {
-        first += backbone.segments;
-        if segment < first {
-            return index;
-        }
-    }
-    plan.backbones.len() - 1
 }
 
 /// Rotation about a coordinate axis.

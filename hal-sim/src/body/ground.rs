@@ -50,7 +50,7 @@ impl Contact {
     /// Coefficient of friction under a foot at `x` that slides at `speed` (m/s) under `load` (N).
     #[must_use]
     pub fn coefficient(&self, x: f64, speed: f64, load: f64) -> f64 {
-        self.patch_friction(x) * self.laws.foot_friction(speed, load)
+        self.patch_friction(x) * self.laws.friction_factor(speed, load)
     }
 }
 

@@ -46,6 +46,8 @@ pub struct LinkRow<T> {
     pub stiffness: Vec3s<T>,
     /// Damping of the joint about its three axes, N·m·s/rad.
     pub damping: Vec3s<T>,
+    /// How the joint's stiffness grows with the square of its angles, 1/rad²; none where it does not.
+    pub hardening: Option<Vec3s<T>>,
     /// Mass, kg.
     pub mass: T,
     /// Mass times centre, kg·m.
@@ -68,8 +70,10 @@ pub struct FeetRow<T> {
     pub centres: [Vec3s<T>; 2],
     /// Across the module, in the link's frame.
     pub across: Vec3s<T>,
-    /// 1 where the lane has these feet, 0 where it has none.
-    pub there: T,
+    /// 1 where the lane has the left or the right foot, 0 where it has not.
+    pub there: [T; 2],
+    /// Friction of either as a share of the contact's.
+    pub friction_shares: [T; 2],
 }
 
 /// A body's contact.
@@ -323,6 +327,7 @@ fn link_row<'a, T: Store>(
     let turns = lanes.clone().any(|lane| turn(lane) != identity);
     let of = |lane: usize, read: &dyn Fn(&Link) -> f64, missing: f64| at(lane).map_or(missing, read);
     let vector = |read: &dyn Fn(&Link) -> Vector, missing: f64| rows(|lane| at(lane).map_or([missing; 3], read));
+    let module = |lane: usize| Some(&plan(lane / 2).modules[at(lane)?.module?.0]);
     let has_feet =
         |lane: usize| own(lane) && plan(lane / 2).contact.is_some() && at(lane).is_some_and(|l| l.module.is_some());
     let set = lanes.clone().any(has_feet).then(|| {
@@ -333,15 +338,21 @@ fn link_row<'a, T: Store>(
         feet.push(FeetRow {
             centres: [0, 1].map(|side| rows(|lane| centre(lane, side))),
             across: rows(|lane| at(lane).map_or([0.0; 3], |link| to_frame(link.frame, [0.0, 1.0, 0.0]))),
-            there: row(|lane| f64::from(u8::from(has_feet(lane)))),
+            there: [0, 1].map(|side| {
+                row(|lane| f64::from(u8::from(has_feet(lane) && module(lane).is_some_and(|m| m.has_foot[side]))))
+            }),
+            friction_shares: [0, 1].map(|side| row(|lane| module(lane).map_or(1.0, |m| m.friction_shares[side]))),
         });
         feet.len() - 1
     });
+    let hardening = vector(&|link| link.hardening, 0.0);
     let entry = |i: usize, j: usize| row(|lane| of(lane, &|link| about_origin(link)[i][j], 0.0));
     LinkRow {
         turn: turns.then(|| [0, 1, 2].map(|column| rows(|lane| turn(lane).map(|row| row[column])))),
         stiffness: vector(&|link| link.stiffness, 0.0),
         damping: vector(&|link| link.damping, 1.0),
+        // Where another lane has some, a lane without computes with a factor of exactly 1.
+        hardening: Some(hardening).filter(|all| *all != [T::splat(0.0); 3]),
         mass: row(|lane| of(lane, &|link| link.mass, 0.0)),
         first_moment: vector(&|link| link.centre.map(|x| link.mass * x), 0.0),
         inertia: [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)],

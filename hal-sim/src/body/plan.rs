@@ -7,7 +7,9 @@
 
 use effects::Laws;
 use robot_file::Robot;
-use robot_file::robot::{Backbone as BackboneFile, Module as ModuleFile, ModuleKind};
+use robot_file::robot::{Backbone as BackboneFile, Feet as FeetFile, FootNumbers, ModuleKind, ModuleNumbers};
+
+use super::skeleton::box_inertia;
 
 /// A body. All fields are public: a test or an experiment may build what no robot file says.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +28,7 @@ pub struct Plan {
     pub gravity: [f64; 3],
 }
 
-/// A homogeneous box with a foot on either side.
+/// A box with a foot on either side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Module {
     /// What it is for.
@@ -35,10 +37,18 @@ pub struct Module {
     pub mass: f64,
     /// Length (x), width (y), height (z), m.
     pub size: [f64; 3],
-    /// Height of the nominal centre over the feet's lowest point, m; the same for all modules of a plan.
+    /// Where the mass is centred, against the box's centre, in the module's frame, m: 0 for a homogeneous box.
+    pub mass_centre: [f64; 3],
+    /// About the mass's centre and the module's axes, kg·m²; none for a homogeneous box's.
+    pub inertia: Option<[f64; 3]>,
+    /// Height of the nominal centre over the lowest point of the longest legs' feet, m; the same for all modules of a plan.
     pub centre_height: f64,
     /// Foot centres, left then right, against the module's centre, in its frame, m.
     pub feet: [[f64; 3]; 2],
+    /// Which of the feet are there; one that is not touches nothing.
+    pub has_foot: [bool; 2],
+    /// Each foot's friction as a share of [`Contact::friction`].
+    pub friction_shares: [f64; 2],
 }
 
 /// A soft I-beam as a chain of boxes.
@@ -58,6 +68,8 @@ pub struct Backbone {
     pub stiffness: [f64; 3],
     /// Of each hinge about x, y', z', N·m·s/rad.
     pub damping: [f64; 3],
+    /// How a hinge of angle q grows stiffer, `τ = −k q (1 + hardening·q²)`, about x, y', z', 1/rad².
+    pub hardening: [f64; 3],
 }
 
 /// A bolt that turns about the vertical axis through the centre of module 0.
@@ -126,35 +138,12 @@ impl Plan {
         let (Some(body), Some(backbone), Some(feet)) = (&robot.body, &robot.backbone, &robot.feet) else {
             return Err(PlanError::NoBody(robot.name.clone()));
         };
-        let of_kind = |kind: ModuleKind| -> &ModuleFile {
-            match kind {
-                ModuleKind::Actuator => &body.actuator,
-                ModuleKind::Courier => &body.courier,
-                ModuleKind::Passive => &body.passive,
-            }
-        };
-        // The modules hang on one line; the highest stands on legs of the length that the file says, the others' are longer.
-        let highest = body.modules.iter().map(|kind| of_kind(*kind).height_m.value).fold(0.0, f64::max);
-        let centre_height = feet.leg_m.value + 0.5 * highest;
-        let module = |kind: ModuleKind| {
-            let file = of_kind(kind);
-            let size = [file.length_m.value, file.width_m.value, file.height_m.value];
-            let aside = 0.5 * size[1] - feet.inset_m.value;
-            let down = feet.radius_m.value - centre_height;
-            Module {
-                kind,
-                mass: file.mass_kg.value,
-                size,
-                centre_height,
-                feet: [[0.0, aside, down], [0.0, -aside, down]],
-            }
-        };
-        let modules: Vec<_> = body.modules.iter().map(|kind| module(*kind)).collect();
+        let modules = modules(&body.modules_with(feet), feet, &robot.effects.laws());
         if modules.len() < 2 {
             let what = format!("{} modules make no chain: name two or more", modules.len());
             return Err(PlanError::Field { field: "body.modules", what });
         }
-        let backbones = backbones(backbone, modules.len() - 1)?;
+        let backbones = backbones(backbone, modules.len() - 1, &robot.effects.laws())?;
         let clamped = match body.clamped_module {
             None => None,
             Some(number) if number.fract() == 0.0 && number >= 1.0 && number <= modules.len() as f64 => {
@@ -197,6 +186,15 @@ impl Plan {
             if !positive(module.mass) || !module.size.iter().all(|side| positive(*side)) {
                 return wrong("body", format!("module {}: mass and size must be positive", k + 1));
             }
+            let shares = module.friction_shares.iter().all(|share| share.is_finite() && *share >= 0.0);
+            let placed = module.mass_centre.iter().chain(module.feet.iter().flatten()).all(|x| x.is_finite());
+            if !module.principal_inertia().iter().all(|inertia| positive(*inertia)) || !placed || !shares {
+                let what = format!(
+                    "module {}: inertia must be positive, friction not negative, and mass and feet somewhere",
+                    k + 1
+                );
+                return wrong("body", what);
+            }
             if module.centre_height != self.modules[0].centre_height {
                 return wrong(
                     "body",
@@ -207,10 +205,11 @@ impl Plan {
         for (b, backbone) in self.backbones.iter().enumerate() {
             let springs = backbone.stiffness.iter().all(|k| k.is_finite() && *k >= 0.0);
             let dampers = backbone.damping.iter().all(|d| d.is_finite() && *d >= 0.0);
+            let springs = springs && backbone.hardening.iter().all(|h| h.is_finite() && *h >= 0.0);
             let boxes = positive(backbone.length) && backbone.section.iter().all(|side| positive(*side));
             if backbone.segments == 0 || !positive(backbone.segment_mass) || !boxes || !springs || !dampers {
                 let what = format!(
-                    "backbone {}: segments, mass, length and section must be positive, stiffness and damping not negative",
+                    "backbone {}: segments, mass, length and section must be positive, stiffness, damping and hardening not negative",
                     b + 1
                 );
                 return wrong("backbone", what);
@@ -237,6 +236,20 @@ impl Plan {
         self.backbones.iter().map(|backbone| backbone.segments).sum()
     }
 
+    /// The backbone that a triple of hinges, or the segment behind it, belongs to; both are counted from the front, from 0.
+    ///
+    /// # Panics
+    /// There are no backbones.
+    #[must_use]
+    pub fn backbone_of(&self, joint: usize) -> &Backbone {
+        let mut first = 0;
+        let holds = |backbone: &&Backbone| {
+            first += backbone.segments;
+            joint < first
+        };
+        self.backbones.iter().find(holds).unwrap_or(&self.backbones[self.backbones.len() - 1])
+    }
+
     /// Degrees of freedom: three a triple, six of a free robot, one of the rotor.
     #[must_use]
     pub fn degrees_of_freedom(&self) -> usize {
@@ -252,7 +265,47 @@ impl Plan {
     }
 }
 
-fn backbones(file: &BackboneFile, count: usize) -> Result<Vec<Backbone>, PlanError> {
+impl Module {
+    /// About the mass's centre and the module's axes, kg·m².
+    #[must_use]
+    pub fn principal_inertia(&self) -> [f64; 3] {
+        let of_box = box_inertia(self.mass, self.size);
+        self.inertia.unwrap_or([of_box[0][0], of_box[1][1], of_box[2][2]])
+    }
+}
+
+/// The modules hang on one line. Where the file says nothing else, the highest stands on legs of the length that
+/// `feet.leg_m` says and the others' reach as low; a leg that is said by itself is as long as that, and the longest ones
+/// carry the robot at the start.
+fn modules(numbers: &[ModuleNumbers], file: &FeetFile, laws: &Laws) -> Vec<Module> {
+    let highest = numbers.iter().map(|module| module.size[2]).fold(0.0, f64::max);
+    let usual = file.leg_m.value + 0.5 * highest;
+    let reach = |module: &ModuleNumbers, foot: &FootNumbers| foot.leg.map_or(usual, |leg| 0.5 * module.size[2] + leg);
+    let reaches = numbers.iter().flat_map(|module| module.feet.iter().flatten().map(|foot| reach(module, foot)));
+    let centre_height = reaches.reduce(f64::max).unwrap_or(usual);
+    let module = |(index, numbers): (usize, &ModuleNumbers)| {
+        // A foot that is not there keeps its place, for pictures and tables.
+        let foot = |side: usize| numbers.feet[side].unwrap_or(FootNumbers { inset: file.inset_m.value, leg: None });
+        let centre = |side: usize| {
+            let aside = 0.5 * numbers.size[1] - foot(side).inset;
+            [0.0, if side == 0 { aside } else { -aside }, file.radius_m.value - reach(numbers, &foot(side))]
+        };
+        Module {
+            kind: numbers.kind,
+            mass: numbers.mass,
+            size: numbers.size,
+            mass_centre: if numbers.kind == ModuleKind::Courier { laws.payload() } else { [0.0; 3] },
+            inertia: numbers.inertia.iter().any(Option::is_some).then(|| numbers.principal_inertia()),
+            centre_height,
+            feet: [centre(0), centre(1)],
+            has_foot: numbers.feet.map(|foot| foot.is_some()),
+            friction_shares: [laws.foot_share(index, 0), laws.foot_share(index, 1)],
+        }
+    };
+    numbers.iter().enumerate().map(module).collect()
+}
+
+fn backbones(file: &BackboneFile, count: usize, laws: &Laws) -> Result<Vec<Backbone>, PlanError> {
     if let Some(roll) = &file.roll_deg
         && roll.len() != count
     {
@@ -260,14 +313,22 @@ fn backbones(file: &BackboneFile, count: usize) -> Result<Vec<Backbone>, PlanErr
         return Err(PlanError::Field { field: "backbone.roll_deg", what });
     }
     let roll_deg = |b: usize| file.roll_deg.as_ref().map_or((b + 1) as f64 * file.alpha_deg.value, |roll| roll[b]);
-    let backbone = |b: usize| Backbone {
-        roll: roll_deg(b).to_radians(),
-        length: file.length_m.value,
-        segments: file.segments.value as usize,
-        segment_mass: file.segment_mass_kg.value,
-        section: [file.segment_width_m.value, file.segment_height_m.value],
-        stiffness: [file.torsion_nm_per_rad.value, file.stiff_nm_per_rad.value, file.soft_nm_per_rad.value],
-        damping: [file.torsion_nm_s_per_rad.value, file.stiff_nm_s_per_rad.value, file.soft_nm_s_per_rad.value],
+    let stiffness = [file.torsion_nm_per_rad.value, file.stiff_nm_per_rad.value, file.soft_nm_per_rad.value];
+    let damping = [file.torsion_nm_s_per_rad.value, file.stiff_nm_s_per_rad.value, file.soft_nm_s_per_rad.value];
+    let segments = file.segments.value;
+    let backbone = |b: usize| {
+        let [stiffer, damped] = laws.backbone_shares(b);
+        Backbone {
+            roll: roll_deg(b).to_radians(),
+            length: file.length_m.value,
+            segments: segments as usize,
+            segment_mass: file.segment_mass_kg.value,
+            section: [file.segment_width_m.value, file.segment_height_m.value],
+            stiffness: stiffness.map(|k| stiffer * k),
+            damping: damping.map(|d| damped * d),
+            // The law is told for the turn of a whole backbone, which its hinges share.
+            hardening: laws.hardening().map(|share| segments * segments * share),
+        }
     };
     Ok((0..count).map(backbone).collect())
 }

@@ -37,6 +37,8 @@ pub struct Link {
     pub stiffness: Vector,
     /// See `stiffness`.
     pub damping: Vector,
+    /// How its hinges grow stiffer with the square of their angles, in the same order, 1/rad².
+    pub hardening: Vector,
     /// Mass, kg.
     pub mass: f64,
     /// Centre of mass, m.
@@ -111,6 +113,7 @@ fn arm_link(plan: &Plan, piece: &Piece, hinges: &[Hinges], joint: usize, to_fron
     link.joint = Some(joint);
     link.stiffness = order(backbone.stiffness);
     link.damping = order(backbone.damping);
+    link.hardening = order(backbone.hardening);
     let next = if to_front { joint.checked_sub(1) } else { Some(joint + 1) };
     if let Some(next) = next.and_then(|next| hinges.get(next)) {
         link.next = [to_frame(frame, difference(next.position, hinges[joint].position)); 2];
@@ -133,7 +136,8 @@ fn pieces(plan: &Plan) -> (Vec<Piece>, Vec<Hinges>) {
     for (k, module) in plan.modules.iter().enumerate() {
         let height = module.centre_height;
         let centre = [face - 0.5 * module.size[0], 0.0, height];
-        piece.lumps.push(Lump { mass: module.mass, centre, inertia: box_inertia(module.mass, module.size) });
+        let inertia = diagonal(module.principal_inertia());
+        piece.lumps.push(Lump { mass: module.mass, centre: sum(centre, module.mass_centre), inertia });
         piece.module = Some((k, centre));
         face -= module.size[0];
         let Some(backbone) = plan.backbones.get(k) else { break };
@@ -176,6 +180,7 @@ fn link(piece: &Piece, frame: Matrix, origin: Vector) -> Link {
         joint: None,
         stiffness: [0.0; 3],
         damping: [0.0; 3],
+        hardening: [0.0; 3],
         mass: piece.lumps.iter().map(|lump| lump.mass).sum(),
         centre: local(centre),
         inertia: product(product(transposed(frame), inertia), frame),
@@ -195,7 +200,12 @@ impl Module {
 /// Of a homogeneous box about its centre, kg·m².
 pub fn box_inertia(mass: f64, size: Vector) -> Matrix {
     let [x, y, z] = size.map(|side| side * side * mass / 12.0);
-    [[y + z, 0.0, 0.0], [0.0, x + z, 0.0], [0.0, 0.0, x + y]]
+    diagonal([y + z, x + z, x + y])
+}
+
+/// A matrix with these in its diagonal.
+pub fn diagonal([x, y, z]: Vector) -> Matrix {
+    [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
 }
 
 fn centre_of_mass(lumps: &[Lump]) -> Vector {

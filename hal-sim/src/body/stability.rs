@@ -6,7 +6,7 @@
 //! `h²·k < I + h·d`. The backbones' light segments live of the second part: h up to about d/k.
 
 use super::plan::{Plan, PlanError};
-use super::skeleton::{Link, Skeleton, box_inertia};
+use super::skeleton::{Link, Skeleton, difference};
 
 /// Fails where the step (s) is too long for a spring of the body.
 pub(super) fn check(plan: &Plan, step: f64) -> Result<(), PlanError> {
@@ -19,7 +19,10 @@ pub(super) fn check(plan: &Plan, step: f64) -> Result<(), PlanError> {
         let mut inner = &skeleton.base;
         for link in arm {
             for axis in 0..3 {
-                let (k, d) = (link.stiffness[axis], link.damping[axis]);
+                // Of a spring that hardens, its slope where the whole backbone is turned by 1 rad.
+                let angle = 1.0 / link.joint.map_or(1.0, |joint| plan.backbone_of(joint).segments as f64);
+                let steepest = 1.0 + 3.0 * link.hardening[axis] * angle * angle;
+                let (k, d) = (steepest * link.stiffness[axis], link.damping[axis]);
                 let inertia = about_hinge(link, axis).min(least(inner));
                 // Written so that NaN is refused.
                 let carried = step * step * k < inertia + step * d;
@@ -42,12 +45,18 @@ fn contact(plan: &Plan, step: f64) -> Result<(), PlanError> {
     let Some(contact) = &plan.contact else { return Ok(()) };
     let (normal, shear) = (contact.normal_stiffness, contact.shear_stiffness);
     for (number, module) in plan.modules.iter().enumerate() {
-        let [ix, iy, iz] = [0, 1, 2].map(|axis| box_inertia(module.mass, module.size)[axis][axis]);
-        let (y, z, per_mass) = (module.feet[0][1], module.feet[0][2], 1.0 / module.mass);
-        let heaving = normal * per_mass.max(y * y / ix);
-        let swaying = shear * (per_mass + z * z / ix);
-        let surging = shear * (per_mass + z * z / iy + y * y / iz);
-        let fastest = (2.0 * heaving.max(swaying).max(surging)).sqrt();
+        let [ix, iy, iz] = module.principal_inertia();
+        let per_mass = 1.0 / module.mass;
+        let fastest = (0..2).filter(|side| module.has_foot[*side]).map(|side| {
+            // From where the mass is centred.
+            let [_, y, z] = difference(module.feet[side], module.mass_centre);
+            let heaving = normal * per_mass.max(y * y / ix);
+            let swaying = shear * (per_mass + z * z / ix);
+            let surging = shear * (per_mass + z * z / iy + y * y / iz);
+            // Two feet at the farther one's place.
+            (2.0 * heaving.max(swaying).max(surging)).sqrt()
+        });
+        let fastest = fastest.fold(0.0, f64::max);
         let carried = step * fastest < 2.0;
         if !carried {
             let what = format!(

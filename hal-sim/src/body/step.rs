@@ -415,6 +415,10 @@ fn beyond<L: Lanes>(
     // The rate half a step before the middle's, by the last acceleration: with `C` for a whole step it makes the damping
     // act in the middle.
     let late = rate + rate - Vec3(middle);
+    let stiffness = match &link.hardening {
+        None => stiffness,
+        Some(hardening) => hardened(token, stiffness, Vec3::<L>::load(token, hardening).0, angle),
+    };
     let torque = Vec3([
         -stiffness[0].fma(angle[0], damping[0] * late.0[0]),
         -stiffness[1].fma(angle[1], damping[1] * late.0[1]),
@@ -429,6 +433,14 @@ fn beyond<L: Lanes>(
     workspace.bias_force = [own.torque.store(), own.force.store()];
     workspace.spring = dual.times(torque).store();
     (motion, next)
+}
+
+/// Stiffness of hinges that grow stiffer with the square of their angles.
+#[inline(always)]
+fn hardened<L: Lanes>(token: L::Token, stiffness: [L; 3], hardening: [L; 3], angle: [L; 3]) -> [L; 3] {
+    let one = L::splat(token, 1.0);
+    let at = |axis: usize| stiffness[axis] * hardening[axis].fma(angle[axis] * angle[axis], one);
+    [at(0), at(1), at(2)]
 }
 
 /// The feet of a link, if it has any.

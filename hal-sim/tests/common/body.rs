@@ -1,6 +1,7 @@
 //! What the tests of the body share: plans made from the default robot's, and small ways to run and judge them.
 
 use hal_sim::body::coordinates::{Balance, Coordinates};
+use hal_sim::body::plan::Backbone;
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings};
 use robot_file::robot::ModuleKind;
 
@@ -32,6 +33,42 @@ pub fn bench() -> Plan {
     Plan { eccentric: None, clamped: Some(0), ..plan }
 }
 
+/// The same robot with everything that a robot may have unevenly: an off-centre mass, a module heavier and with another
+/// inertia than its kind's, a missing foot, a short leg, feet and backbones unlike each other, hardening.
+pub fn uneven(mut plan: Plan) -> Plan {
+    plan.modules[1].mass_centre = [0.002, -0.006, 0.001];
+    plan.modules[1].inertia = Some([8e-6, 1e-6, 8.5e-6]);
+    plan.modules[2].mass *= 1.5;
+    plan.modules[2].has_foot[0] = false;
+    plan.modules[3].feet[1][2] += 5e-4;
+    for (k, module) in plan.modules.iter_mut().enumerate() {
+        module.friction_shares = [1.0 - 0.1 * k as f64, 0.8 + 0.15 * k as f64];
+    }
+    for (b, backbone) in plan.backbones.iter_mut().enumerate() {
+        let (share, squared) = (0.8 + 0.3 * b as f64, (backbone.segments * backbone.segments) as f64);
+        backbone.stiffness = backbone.stiffness.map(|k| share * k);
+        backbone.damping = backbone.damping.map(|d| d / share);
+        backbone.hardening = [0.5, 1.0 + 0.5 * b as f64, 3.0].map(|share| share * squared);
+    }
+    plan
+}
+
+/// What the mirror in the plane of x and z shows of a robot whose backbones roll by α, as a robot whose backbones roll by
+/// `180° − α`.
+pub fn mirrored(plan: &Plan, alpha_deg: f64) -> Plan {
+    let mut image = Plan { modules: plan.modules.clone(), ..robot(plan.modules.len(), 180.0 - alpha_deg) };
+    for module in &mut image.modules {
+        module.mass_centre[1] *= -1.0;
+        module.feet = [1, 0].map(|side| [module.feet[side][0], -module.feet[side][1], module.feet[side][2]]);
+        module.has_foot.swap(0, 1);
+        module.friction_shares.swap(0, 1);
+    }
+    for (image, backbone) in image.backbones.iter_mut().zip(&plan.backbones) {
+        *image = Backbone { roll: image.roll, ..*backbone };
+    }
+    image
+}
+
 /// The same backbones as chains of so many segments: the compliance, mass and damping times of a whole backbone stay.
 pub fn segmented(mut plan: Plan, segments: usize) -> Plan {
     for backbone in &mut plan.backbones {
@@ -39,6 +76,7 @@ pub fn segmented(mut plan: Plan, segments: usize) -> Plan {
         backbone.segment_mass /= share;
         backbone.stiffness = backbone.stiffness.map(|k| k * share);
         backbone.damping = backbone.damping.map(|d| d * share);
+        backbone.hardening = backbone.hardening.map(|h| h * share * share);
         backbone.segments = segments;
     }
     plan

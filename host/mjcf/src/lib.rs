@@ -1,7 +1,7 @@
 //! The body as MJCF, MuJoCo's model format, so that the same robot runs in both.
 //!
-//! Carried over exactly: masses, geometry, hinges with stiffness and damping, clamp, gravity (on a slope it leans, the
-//! ground stays level), the eccentric with a position servo. Steps become boxes with vertical faces; patches of other
+//! Carried over exactly: masses, geometry, hinges with damping and stiffness (one that grows with the angle, too), clamp,
+//! gravity (on a slope it leans, the ground stays level), the eccentric with a position servo. Steps become boxes with vertical faces; patches of other
 //! friction become boxes, too. Not carried over: the normal force and the grip of the feet, because MuJoCo's contact is a
 //! soft constraint (`solref`, `solimp`) and not `F = k δ (1 + χ dδ/dt)`; a friction that depends on speed, direction or
 //! load is refused.
@@ -35,6 +35,7 @@ mod xml;
 
 use effects::Id;
 use hal_sim::body::Plan;
+use hal_sim::body::plan::Module;
 pub use words::{Cone, Integrator, Solver};
 
 /// How MuJoCo is to run the model. Defaults: the settings of the reference comparison.
@@ -113,6 +114,15 @@ pub enum MjcfError {
         /// What it does.
         what: &'static str,
     },
+    /// MuJoCo takes a contact's friction from the foot or from the ground, not from both.
+    #[error("module {} has a foot with a friction of its own, and the ground has patches: MuJoCo's contact has one of them", module + 1)]
+    #[diagnostic(help(
+        "take ground.patches_m and ground.steps_m, or what makes the feet unequal, out of the robot file, or export without contact"
+    ))]
+    FootOnPatches {
+        /// From 0.
+        module: usize,
+    },
     /// Too many elements inside each other.
     #[error("{hinges} triples of hinges on one side of the root are more than MuJoCo's XML reader takes: {most}")]
     #[diagnostic(help("put the root into the middle of the robot, or use fewer segments"))]
@@ -177,6 +187,11 @@ fn root(plan: &Plan, options: &Options) -> Result<usize, MjcfError> {
 /// Refuses what MuJoCo's friction cannot do.
 fn friction(plan: &Plan) -> Result<(), MjcfError> {
     let Some(contact) = &plan.contact else { return Ok(()) };
+    let own = |module: &Module| (0..2).any(|side| module.has_foot[side] && module.friction_shares[side] != 1.0);
+    let boxes = !(contact.patches.is_empty() && contact.steps.is_empty());
+    if let Some(module) = plan.modules.iter().position(own).filter(|_| boxes) {
+        return Err(MjcfError::FootOnPatches { module });
+    }
     let unknown = |id: Id| Some((id.name(), id.spec().not_in_mujoco?));
     match contact.laws.listed().find_map(unknown) {
         Some((effect, what)) => Err(MjcfError::Friction { effect, what }),

@@ -5,7 +5,7 @@ mod bodies;
 use std::borrow::Cow;
 
 use hal_sim::body::Plan;
-use hal_sim::body::plan::Contact;
+use hal_sim::body::plan::{Backbone, Contact};
 
 use super::Options;
 use super::chain::Chain;
@@ -105,7 +105,7 @@ impl Writer<'_> {
             for (axis, name) in AXES.iter().enumerate() {
                 let hinge = [
                     ("type", "hinge".into()),
-                    ("stiffness", numbers(&[backbone.stiffness[axis]])),
+                    ("stiffness", numbers(&stiffness(backbone, axis))),
                     ("damping", numbers(&[backbone.damping[axis]])),
                 ];
                 self.class(&hinge_class(b, name), "joint", &hinge);
@@ -124,7 +124,7 @@ impl Writer<'_> {
     fn touch(&self, friction: f64) -> [(&'static str, Cow<'static, str>); 4] {
         [
             ("condim", "3".into()),
-            ("friction", numbers(&[friction, UNUSED_FRICTION[0], UNUSED_FRICTION[1]])),
+            ("friction", friction_words(friction)),
             ("solref", numbers(&self.options.solref)),
             ("solimp", numbers(&self.options.solimp)),
         ]
@@ -173,6 +173,16 @@ impl Writer<'_> {
         self.xml.element("position", &servo);
         self.xml.close();
     }
+}
+
+fn friction_words(friction: f64) -> Cow<'static, str> {
+    numbers(&[friction, UNUSED_FRICTION[0], UNUSED_FRICTION[1]])
+}
+
+/// MuJoCo's polynomial: of a hinge's angle q the torque is `−(k + a·|q| + b·q²)·q`.
+fn stiffness(backbone: &Backbone, axis: usize) -> Vec<f64> {
+    let (k, hardening) = (backbone.stiffness[axis], backbone.hardening[axis]);
+    if hardening == 0.0 { vec![k] } else { vec![k, 0.0, k * hardening] }
 }
 
 fn hinge_class(backbone: usize, axis: &str) -> String {

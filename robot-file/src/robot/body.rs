@@ -1,11 +1,12 @@
 //! The body: modules in a row on soft backbones, the eccentric, feet and ground.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::Quantity;
-use crate::parts::Pairs;
-use crate::schema::{Part, Place, Reader, Shape, nearest, table};
-use crate::tree::Value;
+use crate::parts::{Pairs, read_words};
+use crate::schema::{Part, Place, Reader, Shape, table};
 
 /// What a module is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -32,6 +33,8 @@ table! {
         courier: Module,
         /// A module with nothing on it.
         passive: Module,
+        /// What one module, by its number from the front, has differently from its kind.
+        module: BTreeMap<usize, OwnModule>,
     }
 }
 
@@ -46,6 +49,34 @@ table! {
         width_m: Quantity = 1e-4..=1.0,
         /// Height.
         height_m: Quantity = 1e-4..=1.0,
+    }
+}
+
+table! {
+    /// `[body.module.N]`: what module N has differently from its kind and from `[feet]`.
+    pub struct OwnModule {
+        /// Mass.
+        mass_kg: Option<Quantity> = 1e-6..=1.0,
+        /// Length, along the chain.
+        length_m: Option<Quantity> = 1e-4..=1.0,
+        /// Width.
+        width_m: Option<Quantity> = 1e-4..=1.0,
+        /// Height.
+        height_m: Option<Quantity> = 1e-4..=1.0,
+        /// Inertia about the length axis through the centre of mass, instead of a homogeneous box's.
+        inertia_x_kg_m2: Option<Quantity> = 1e-15..=1.0,
+        /// Inertia about the width axis through the centre of mass, instead of a homogeneous box's.
+        inertia_y_kg_m2: Option<Quantity> = 1e-15..=1.0,
+        /// Inertia about the height axis through the centre of mass, instead of a homogeneous box's.
+        inertia_z_kg_m2: Option<Quantity> = 1e-15..=1.0,
+        /// The feet that it has, `[]` for none; both when nothing is said.
+        feet: Option<Vec<Side>>,
+        /// From the module's side to the spheres' centres, instead of `feet.inset_m`.
+        inset_m: Option<Quantity> = 0.0..=0.1,
+        /// From the module's underside to the left foot's lowest point: shorter than the others, it hangs in the air.
+        left_leg_m: Option<Quantity> = 1e-4..=0.5,
+        /// The same of the right foot.
+        right_leg_m: Option<Quantity> = 1e-4..=0.5,
     }
 }
 
@@ -146,6 +177,80 @@ impl Eccentric {
     }
 }
 
+/// A module with all that is its own: SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModuleNumbers {
+    /// What it is for.
+    pub kind: ModuleKind,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Length (x), width (y), height (z), m.
+    pub size: [f64; 3],
+    /// About the centre of mass and the module's axes x, y, z, where the file says it, kg·m².
+    pub inertia: [Option<f64>; 3],
+    /// The left and the right foot, where it has them.
+    pub feet: [Option<FootNumbers>; 2],
+}
+
+/// A foot of a module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FootNumbers {
+    /// From the module's side to the sphere's centre, m.
+    pub inset: f64,
+    /// From the module's underside to the lowest point, m; none where the foot reaches as low as the others.
+    pub leg: Option<f64>,
+}
+
+impl ModuleNumbers {
+    /// Inertia about the centre of mass and the axes x, y, z: the file's, or a homogeneous box's, kg·m².
+    #[must_use]
+    pub fn principal_inertia(&self) -> [f64; 3] {
+        let [x, y, z] = self.size.map(|side| side * side * self.mass / 12.0);
+        let of_box = [y + z, x + z, x + y];
+        [0, 1, 2].map(|axis| self.inertia[axis].unwrap_or(of_box[axis]))
+    }
+}
+
+impl Body {
+    /// The modules from front to rear: each one's kind, and what is its own.
+    #[must_use]
+    pub fn modules_with(&self, feet: &Feet) -> Vec<ModuleNumbers> {
+        let module = |(index, kind): (usize, &ModuleKind)| {
+            let file = match kind {
+                ModuleKind::Actuator => &self.actuator,
+                ModuleKind::Courier => &self.courier,
+                ModuleKind::Passive => &self.passive,
+            };
+            let own = self.module.get(&(index + 1));
+            let or = |read: fn(&OwnModule) -> &Option<Quantity>, otherwise: &Quantity| {
+                own.and_then(|own| read(own).as_ref()).unwrap_or(otherwise).value
+            };
+            let own_value =
+                |read: fn(&OwnModule) -> &Option<Quantity>| own.and_then(|own| read(own).as_ref()).map(|it| it.value);
+            let has = |side: Side| own.and_then(|own| own.feet.as_ref()).is_none_or(|feet| feet.contains(&side));
+            let foot = |side, leg| {
+                has(side).then(|| FootNumbers { inset: or(|own| &own.inset_m, &feet.inset_m), leg: own_value(leg) })
+            };
+            ModuleNumbers {
+                kind: *kind,
+                mass: or(|own| &own.mass_kg, &file.mass_kg),
+                size: [
+                    or(|own| &own.length_m, &file.length_m),
+                    or(|own| &own.width_m, &file.width_m),
+                    or(|own| &own.height_m, &file.height_m),
+                ],
+                inertia: [
+                    own_value(|own| &own.inertia_x_kg_m2),
+                    own_value(|own| &own.inertia_y_kg_m2),
+                    own_value(|own| &own.inertia_z_kg_m2),
+                ],
+                feet: [foot(Side::Left, |own| &own.left_leg_m), foot(Side::Right, |own| &own.right_leg_m)],
+            }
+        };
+        self.modules.iter().enumerate().map(module).collect()
+    }
+}
+
 const KINDS: [(&str, ModuleKind); 3] =
     [("actuator", ModuleKind::Actuator), ("courier", ModuleKind::Courier), ("passive", ModuleKind::Passive)];
 
@@ -157,6 +262,30 @@ impl ModuleKind {
     }
 }
 
+/// A side of a module, seen from above with x ahead.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// Towards +y.
+    Left,
+    /// Towards −y.
+    Right,
+}
+
+const SIDES: [(&str, Side); 2] = [("left", Side::Left), ("right", Side::Right)];
+
+impl Part for Vec<Side> {
+    type Spec = ();
+
+    fn shape((): &()) -> Shape {
+        Shape::Words(&["left", "right"])
+    }
+
+    fn read(reader: &mut Reader, place: &Place<'_>, (): &()) -> Option<Self> {
+        read_words(reader, place, ("side of a module", "an array of `left` and `right`"), &SIDES)
+    }
+}
+
 impl Part for Vec<ModuleKind> {
     type Spec = ();
 
@@ -165,28 +294,6 @@ impl Part for Vec<ModuleKind> {
     }
 
     fn read(reader: &mut Reader, place: &Place<'_>, (): &()) -> Option<Self> {
-        let how = format!("`{} = [\"actuator\", \"courier\", \"passive\", …]`", place.key);
-        let entry = reader.need(place, "field", how)?;
-        let Value::Array(items) = &entry.value else {
-            reader.wrong_type(place, entry, "an array of module kinds");
-            return None;
-        };
-        let mut kinds = Vec::with_capacity(items.len());
-        for (at, item) in items {
-            let Value::Text(text) = item else {
-                let message = format!("expected a kind of module, found {}", item.what());
-                reader.wrong(at, place.field(), message, None);
-                return None;
-            };
-            let Some((_, kind)) = KINDS.iter().find(|(name, _)| name == text) else {
-                let near = nearest(text, &KINDS.map(|(name, _)| name));
-                let near = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
-                let help = Some(format!("{near}allowed are actuator, courier, passive"));
-                reader.wrong(at, place.field(), format!("unknown kind of module `{text}`"), help);
-                return None;
-            };
-            kinds.push(*kind);
-        }
-        Some(kinds)
+        read_words(reader, place, ("kind of module", "an array of module kinds"), &KINDS)
     }
 }

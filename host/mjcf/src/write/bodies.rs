@@ -1,6 +1,6 @@
 //! The tree of bodies: modules, segments, hinges, feet and rotor.
 
-use super::{AXES, Writer, hinge_class};
+use super::{AXES, Writer, friction_words, hinge_class};
 use crate::chain::{Part, Segment, Triple};
 use crate::xml::numbers;
 
@@ -102,18 +102,30 @@ impl Writer<'_> {
         let module = &self.plan.modules[index];
         let centre = numbers(&[x, 0.0, 0.0]);
         let name = format!("module{}", index + 1);
+        // What is no homogeneous box hangs its mass on the module as a body of its own, which nothing moves against it.
+        let uneven = module.inertia.is_some() || module.mass_centre != [0.0; 3];
         let attributes = [
             ("name", name.clone().into()),
             ("class", "seen".into()),
             ("type", "box".into()),
             ("size", numbers(&module.size.map(|side| 0.5 * side))),
             ("pos", centre.clone()),
-            ("mass", numbers(&[module.mass])),
+            ("mass", numbers(&[if uneven { 0.0 } else { module.mass }])),
         ];
         self.xml.element("geom", &attributes);
-        self.xml.element("site", &[("name", name.into()), ("pos", centre)]);
-        for (foot, side) in module.feet.iter().zip(["L", "R"]) {
-            self.foot(&format!("foot{}{side}", index + 1), [x + foot[0], foot[1], foot[2]], 0.5 * module.size[2]);
+        self.xml.element("site", &[("name", name.clone().into()), ("pos", centre.clone())]);
+        if uneven {
+            self.xml.open("body", &[("name", format!("{name}mass").into()), ("pos", centre)]);
+            let inertial = [
+                ("pos", numbers(&module.mass_centre)),
+                ("mass", numbers(&[module.mass])),
+                ("diaginertia", numbers(&module.principal_inertia())),
+            ];
+            self.xml.element("inertial", &inertial);
+            self.xml.close();
+        }
+        for side in (0..2).filter(|side| module.has_foot[*side]) {
+            self.foot(index, side, x);
         }
         if index == 0 {
             self.rotor(x);
@@ -121,8 +133,12 @@ impl Writer<'_> {
     }
 
     /// A leg that is only seen, and the sphere that touches the ground.
-    fn foot(&mut self, name: &str, centre: [f64; 3], half_height: f64) {
-        let leg = [centre[0], centre[1], -half_height, centre[0], centre[1], centre[2]];
+    fn foot(&mut self, index: usize, side: usize, x: f64) {
+        let module = &self.plan.modules[index];
+        let name = format!("foot{}{}", index + 1, ["L", "R"][side]);
+        let [along, aside, up] = module.feet[side];
+        let centre = [x + along, aside, up];
+        let leg = [centre[0], centre[1], -0.5 * module.size[2], centre[0], centre[1], centre[2]];
         let attributes = [
             ("class", "seen".into()),
             ("type", "capsule".into()),
@@ -131,8 +147,12 @@ impl Writer<'_> {
             ("mass", "0".into()),
         ];
         self.xml.element("geom", &attributes);
-        if self.contact().is_some() {
-            let sphere = [("name", name.into()), ("class", "foot".into()), ("pos", numbers(&centre))];
+        if let Some(friction) = self.contact().map(|contact| contact.friction) {
+            let mut sphere = vec![("name", name.clone().into()), ("class", "foot".into()), ("pos", numbers(&centre))];
+            let share = module.friction_shares[side];
+            if share != 1.0 {
+                sphere.push(("friction", friction_words(share * friction)));
+            }
             self.xml.element("geom", &sphere);
         }
         self.xml.element("site", &[("name", name.into()), ("pos", numbers(&centre))]);
