@@ -34,9 +34,18 @@ class Setting:
     solver: str = "Newton"
     # Above 1 makes elliptic cones slip less; it costs pyramidal ones accuracy.
     impratio: float = 10.0
+    # MuJoCo's defaults.
+    jacobian: str = "auto"
+    tolerance: float = 1e-8
+    iterations: int = 100
 
     def text(self):
-        return f"{self.integrator}, {self.cone}, {self.solver}, {self.step_s:g} s"
+        words = [self.integrator, self.cone, self.solver]
+        if self.jacobian != "auto":
+            words.append(self.jacobian)
+        if (self.tolerance, self.iterations) != (1e-8, 100):
+            words.append(f"tolerance {self.tolerance:g}, {self.iterations} iterations")
+        return ", ".join(words + [f"{self.step_s:g} s"])
 
     def with_step(self, step_s):
         return replace(self, step_s=step_s)
@@ -55,6 +64,9 @@ def load(path, setting=None):
         model.opt.cone = getattr(mujoco.mjtCone, "mjCONE_" + setting.cone.upper())
         model.opt.solver = getattr(mujoco.mjtSolver, "mjSOL_" + setting.solver.upper())
         model.opt.impratio = setting.impratio
+        model.opt.jacobian = getattr(mujoco.mjtJacobian, "mjJAC_" + setting.jacobian.upper())
+        model.opt.tolerance = setting.tolerance
+        model.opt.iterations = setting.iterations
         model.opt.disableflags |= UNUSED
     return model
 

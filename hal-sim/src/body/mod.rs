@@ -21,6 +21,6 @@ pub mod walking;
 pub use drive::Drive;
 pub use ensemble::{Ensemble, Precision, Settings};
 pub use plan::Plan;
-pub use snapshot::Snapshot;
+pub use snapshot::{Pose, Snapshot};
 pub use track::{Speeds, Track};
 pub use walking::{Walker, WalkingRobots};

@@ -25,9 +25,9 @@ use system_tests::seeds;
 #[command(after_help = "Examples:
   blind                                   the long campaign, on fresh seeds
   blind --journal campaign.jsonl          the same, and it goes on where it was interrupted
-  blind --hidden 8 --weak 0 --nothing 0 --two 0 --outside 0 --seed 1
-  blind --hidden 4 --weak 4 --nothing 4 --two 4 --outside 4 --show    a look at fresh seeds
-  blind --hidden 4 --only stribeck_friction --weak 0 --nothing 0 --two 0 --outside 0 --seed 1
+  blind --hidden 8 --weak 0 --nothing 0 --two 0 --outside 0 --mistaken 0 --seed 1
+  blind --hidden 4 --weak 4 --nothing 4 --two 4 --outside 4 --mistaken 12 --show    a look at fresh seeds
+  blind --hidden 4 --only stribeck_friction --weak 0 --nothing 0 --two 0 --outside 0 --mistaken 0 --seed 1
   blind --export 20268 /tmp/set --category hidden --plain")]
 struct Arguments {
     /// Data sets with one effect of the library hidden
@@ -45,6 +45,9 @@ struct Arguments {
     /// Data sets with an effect outside the library
     #[arg(long, default_value_t = 40)]
     outside: u64,
+    /// Data sets with a mistake in their files
+    #[arg(long, default_value_t = 40)]
+    mistaken: u64,
     /// Data sets of a rig whose file lists effects, with one more hidden (no bar of their own)
     #[arg(long, default_value_t = 0)]
     beside: u64,
@@ -82,7 +85,7 @@ struct Arguments {
     /// Only write the data set of a seed into a directory
     #[arg(long, num_args = 2, value_names = ["SEED", "DIR"])]
     export: Option<Vec<String>>,
-    /// Which kind of data set --export writes: hidden, weak, nothing, two, outside, beside
+    /// Which kind of data set --export writes: hidden, weak, nothing, two, outside, beside, mistaken
     #[arg(long, default_value = "hidden", value_parser = category)]
     category: Category,
     /// The rig's robot file
@@ -140,6 +143,7 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
         (Category::Nothing, arguments.nothing),
         (Category::Two, arguments.two),
         (Category::Outside, arguments.outside),
+        (Category::Mistaken, arguments.mistaken),
         (Category::Beside, arguments.beside),
     ];
     let total: u64 = plan.iter().map(|(_, count)| count).sum();

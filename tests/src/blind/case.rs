@@ -3,9 +3,10 @@
 
 use super::beside;
 use super::excite::{self, FIT_RUNS, PLAN};
-use super::files::{self, Decimals, Paths, Run};
+use super::files::{self, Decimals, Paths, Run, Units};
 use super::hidden::{Effect, Shape};
 use super::measure::{self, Linear, Size};
+use super::mistake::Mistake;
 use super::rig::{Rig, RigError};
 use super::run::simulate;
 use super::sensing::Sensor;
@@ -34,11 +35,14 @@ pub enum Category {
     Weak,
     /// Two effects of the library are hidden.
     Two,
+    /// Nothing is hidden, and the files hold a mistake.
+    Mistaken,
 }
 
 impl Category {
     /// All of them.
-    pub const ALL: [Self; 6] = [Self::Hidden, Self::Weak, Self::Nothing, Self::Two, Self::Outside, Self::Beside];
+    pub const ALL: [Self; 7] =
+        [Self::Hidden, Self::Weak, Self::Nothing, Self::Two, Self::Outside, Self::Beside, Self::Mistaken];
 
     /// As the command line spells it.
     #[must_use]
@@ -50,6 +54,7 @@ impl Category {
             Self::Two => "two",
             Self::Outside => "outside",
             Self::Beside => "beside",
+            Self::Mistaken => "mistaken",
         }
     }
 
@@ -80,6 +85,8 @@ pub struct Case {
     pub category: Category,
     /// What is hidden, with its size in the units of [`Shape::apply`].
     pub effects: Vec<(Effect, f64)>,
+    /// What is wrong with the files.
+    pub mistake: Option<Mistake>,
     /// The misfit over the floor that the seed wanted; NaN beside known effects, which the linear measure
     /// sees as well.
     pub target: f64,
@@ -100,6 +107,7 @@ pub struct Case {
 /// A data set before its effect is scaled.
 #[derive(Clone)]
 struct Draft {
+    mistake: Option<Mistake>,
     world: World,
     sensor: Sensor,
     shapes: [Shape; 2],
@@ -190,10 +198,10 @@ pub fn draw_with(
     setting: &Setting,
 ) -> Result<Case, RigError> {
     let mut rng = Pcg64::seed_from_u64(seed.wrapping_mul(4).wrapping_add(category as u64));
-    let draft = draft(category, robot_file, setting, &mut rng)?;
+    let draft = draft(seed, category, robot_file, setting, &mut rng)?;
     let ratio = setting.ratio.unwrap_or(category.ratio());
     let (effects, target) = match category {
-        Category::Nothing => (Vec::new(), 1.0),
+        Category::Nothing | Category::Mistaken => (Vec::new(), 1.0),
         Category::Beside => {
             let drawn = beside::EFFECTS[rng.random_range(0..beside::EFFECTS.len())];
             let effect = only.unwrap_or(drawn);
@@ -212,16 +220,31 @@ pub fn draw_with(
     };
     let (runs, world, sensor) = draft.runs(&effects);
     let size = measure::size(&runs, FIT_RUNS, draft.linear);
-    let robot_file = robot_file.to_owned();
-    Ok(Case { seed, category, effects, target, size, world, sensor, setting: *setting, runs, robot_file })
+    let mistake = draft.mistake;
+    let robot_file = mistake.map_or(Ok(robot_file.to_owned()), |made| made.robot_file(robot_file))?;
+    Ok(Case { seed, category, effects, mistake, target, size, world, sensor, setting: *setting, runs, robot_file })
 }
 
 /// Everything but what is hidden.
-fn draft(category: Category, robot_file: &str, setting: &Setting, rng: &mut Pcg64) -> Result<Draft, RigError> {
-    let rig = Rig::nominal(robot_file)?.specimen(setting.file_off, rng);
-    let (mut world, mut sensor) = (World::linear(rig), Sensor::draw(rng));
+fn draft(
+    seed: u64,
+    category: Category,
+    robot_file: &str,
+    setting: &Setting,
+    rng: &mut Pcg64,
+) -> Result<Draft, RigError> {
+    let mut rig = Rig::nominal(robot_file)?.specimen(setting.file_off, rng);
+    let mut sensor = Sensor::draw(rng);
     sensor.kind = setting.noise;
     sensor.bits = setting.bits.unwrap_or(sensor.bits);
+    let mut mistake = None;
+    if category == Category::Mistaken {
+        let made = Mistake::of(seed, sensor.bits, robot_file, rng)?;
+        rig = made.rig(rig, robot_file)?;
+        sensor.wrapped &= made.can_be_wrapped(&rig, setting.per_s);
+        mistake = Some(made);
+    }
+    let mut world = World::linear(rig);
     let mut drives: Vec<Vec<Drive>> = PLAN
         .iter()
         .map(|plan| {
@@ -246,7 +269,17 @@ fn draft(category: Category, robot_file: &str, setting: &Setting, rng: &mut Pcg6
     // Of the second of two effects; from another stream, so that one effect's data sets do not depend on there being two.
     let mut other = Shape::draw(&mut Pcg64::seed_from_u64(noise_seed ^ 0x2));
     other.law = setting.law;
-    Ok(Draft { world, sensor, shapes: [shape, other], drives, per_s: setting.per_s, starts, noise_seed, linear })
+    Ok(Draft {
+        mistake,
+        world,
+        sensor,
+        shapes: [shape, other],
+        drives,
+        per_s: setting.per_s,
+        starts,
+        noise_seed,
+        linear,
+    })
 }
 
 /// Times that an effect or a ratio is drawn before it is given up.
@@ -310,12 +343,13 @@ impl Case {
     /// # Errors
     /// What the system says.
     pub fn write_with(&self, directory: &Path, decimals: Decimals) -> io::Result<Paths> {
-        files::write(directory, &self.robot_file, &self.runs, FIT_RUNS, self.sensor.wrapped, decimals)
+        let units = self.mistake.map_or(Units::default(), Mistake::units);
+        files::write(directory, &self.robot_file, &self.runs, FIT_RUNS, self.sensor.wrapped, (decimals, &units))
     }
 
-    /// The hidden names.
+    /// The hidden names; the mistake's, where there is one.
     #[must_use]
     pub fn truth(&self) -> Vec<&'static str> {
-        self.effects.iter().map(|(effect, _)| effect.name()).collect()
+        self.effects.iter().map(|(effect, _)| effect.name()).chain(self.mistake.map(Mistake::name)).collect()
     }
 }

@@ -5,13 +5,16 @@ use std::path::Path;
 use std::time::Instant;
 
 use diagnose::{Cause, Diagnosis, Options, Verdict, diagnose};
+use miette::Diagnostic;
 use recording::{Recording, load};
 use robot_file::robot::Robot;
 use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Category};
 use super::files::Paths;
+use super::heard::{self, Heard};
 use super::hidden::Effect;
+use super::memory;
 
 /// Most members that a stated class may have: one that lists half the library says nothing.
 pub const LARGEST_CLASS: usize = 3;
@@ -52,8 +55,17 @@ pub struct Outcome {
     pub said: Result<Diagnosis, String>,
     /// Wall-clock time to read the files and diagnose, s.
     pub seconds: f64,
+    /// Most memory that this held beyond what the process had before, MB; `None` where the machine does not say.
+    #[serde(default)]
+    pub peak_mb: Option<f64>,
+    /// Samples a second and length of a run, s.
+    #[serde(default)]
+    pub recorded: Option<(f64, f64)>,
     /// How that compares with the truth.
     pub mark: Mark,
+    /// What is said of the mistake in the files, where there is one.
+    #[serde(default)]
+    pub heard: Option<Heard>,
 }
 
 /// Diagnoses the files of a data set, as a user would: the robot file and recordings from disk.
@@ -63,10 +75,14 @@ pub struct Outcome {
 pub fn examine(paths: &Paths) -> Result<Diagnosis, String> {
     let robot = Robot::load(&paths.robot).map_err(|error| error.to_string())?;
     let read = |list: &[std::path::PathBuf]| -> Result<Vec<Recording>, String> {
-        list.iter().map(|path| load(path).map_err(|error| error.to_string())).collect()
+        list.iter().map(|path| load(path).map_err(|error| in_words(&error))).collect()
     };
-    diagnose(&robot, &read(&paths.fit)?, &read(&paths.held_out)?, &Options::default())
-        .map_err(|error| error.to_string())
+    diagnose(&robot, &read(&paths.fit)?, &read(&paths.held_out)?, &Options::default()).map_err(|error| in_words(&error))
+}
+
+/// An error and what to do about it.
+pub fn in_words(error: &dyn Diagnostic) -> String {
+    error.help().map_or_else(|| error.to_string(), |help| format!("{error}; {help}"))
 }
 
 /// Compares a verdict with the truth.
@@ -123,15 +139,18 @@ fn mark_two(truth: &[&str], said: &Diagnosis) -> Mark {
 }
 
 /// Writes a case's files into a directory, diagnoses them and scores the verdict.
-///
 /// # Errors
 /// The files could not be written.
 pub fn run(case: &Case, directory: &Path) -> std::io::Result<Outcome> {
     let paths = case.write(directory)?;
     let start = Instant::now();
-    let said = examine(&paths);
+    let (said, peak_mb) = memory::measured(|| examine(&paths));
     let seconds = start.elapsed().as_secs_f64();
-    let mark = said.as_ref().map_or(Mark::Failed, |said| mark(case.category, &case.truth(), said));
+    let heard = case.mistake.map(|mistake| heard::listen(mistake, case, &paths, &said));
+    let mark = match &heard {
+        Some(heard) => heard.mark(),
+        None => said.as_ref().map_or(Mark::Failed, |said| mark(case.category, &case.truth(), said)),
+    };
     Ok(Outcome {
         seed: case.seed,
         category: case.category,
@@ -141,7 +160,10 @@ pub fn run(case: &Case, directory: &Path) -> std::io::Result<Outcome> {
         true_floor: case.size.floor,
         said,
         seconds,
+        peak_mb,
+        recorded: Some((case.setting.per_s, 8.0 * case.setting.share)),
         mark,
+        heard,
     })
 }
 
@@ -175,6 +197,7 @@ impl Outcome {
     /// Column of the confusion table.
     fn column(&self) -> String {
         match &self.said {
+            Err(_) if self.category == Category::Mistaken && self.passed() => "said".to_owned(),
             Err(_) => "error".to_owned(),
             Ok(_) if self.mark == Mark::InClass => "in its class".to_owned(),
             Ok(said) if said.verdict == Verdict::Unexplained => "unexplained".to_owned(),
@@ -201,8 +224,9 @@ impl Outcome {
                 said.after / self.true_floor
             )
         });
+        let memory = self.peak_mb.map_or(String::new(), |peak| format!(", {peak:.0} MB"));
         format!(
-            "seed {:>6} {:<20} visible {:>5.2} × floor ({}) → {:?}: {}{numbers}; {:.1} s",
+            "seed {:>6} {:<20} visible {:>5.2} × floor ({}) → {:?}: {}{numbers}; {:.1} s{memory}",
             self.seed,
             self.hidden(),
             self.visibility,

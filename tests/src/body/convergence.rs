@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::PeerSetup;
 use super::error_measures::{percent, rms_over_largest, slope, worst};
-use super::reference::{at_step, conditions, speeds};
+use super::reference::{Condition, at_step, conditions, speeds};
 use crate::row::FigureRow;
 
 /// The step that is judged, s; the others are halves of halves of it.
@@ -22,10 +22,10 @@ pub struct Refined {
     pub limit: Vec<[f64; 3]>,
 }
 
-/// Runs all conditions at ever smaller steps.
+/// Runs conditions at ever smaller steps.
 #[must_use]
-pub fn refined(robot: &Robot) -> Refined {
-    let at = |halvings| speeds(robot, &conditions(), at_step(STEP_S / f64::from(2_i32.pow(halvings))), 2);
+pub fn refined(robot: &Robot, conditions: &[Condition]) -> Refined {
+    let at = |halvings| speeds(robot, conditions, at_step(STEP_S / f64::from(2_i32.pow(halvings))), 2);
     let tables: Vec<_> = (0..=HALVINGS as u32).map(at).collect();
     let [.., coarse, middle, fine] = tables.as_slice() else { return Refined { limit: Vec::new(), tables } };
     let size = |a: &[[f64; 3]], b: &[[f64; 3]]| rms_over_largest(a, b).iter().sum::<f64>();
@@ -40,7 +40,7 @@ pub fn refined(robot: &Robot) -> Refined {
 /// Runs the campaign; one row of the table per requirement.
 #[must_use]
 pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
-    let Refined { tables, limit } = refined(&bench.robot);
+    let Refined { tables, limit } = refined(&bench.robot, &conditions());
     let off: Vec<[f64; 3]> = tables.iter().map(|table| rms_over_largest(table, &limit)).collect();
     // Of the error's size over all three, at the steps that are well above the limit's own error.
     let judged = off.len() - 2;

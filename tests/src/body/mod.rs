@@ -1,6 +1,7 @@
 //! The figures on the body that the project promises: beside MuJoCo, beside its own limit of small steps, and against the
 //! clock. `body_figures` (the binary) prints them all; `tests/tests/body_small.rs` runs what is quick.
 
+pub mod air;
 pub mod bits;
 pub mod convergence;
 pub mod corrected;
@@ -9,14 +10,18 @@ pub mod error_measures;
 pub mod highest;
 pub mod instructions;
 pub mod mirror;
+pub mod multibody;
 pub mod oscillation;
+pub mod own_law;
 pub mod paths;
 pub mod peer;
+pub mod processor;
 pub mod rate;
 pub mod reference;
 pub mod scaling;
 pub mod stopwatch;
 pub mod sweep;
+pub mod uneven;
 pub mod walking;
 
 use std::path::PathBuf;
@@ -52,32 +57,18 @@ impl PeerSetup {
 }
 
 /// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
-pub const SLOW: [&str; 5] = ["corrected", "rate", "equal-error", "sweep", "instructions"];
-
-/// Rows that are known not to hold, by what they try. `--quick` prints them without judging them, so that it can tell a
-/// new failure from this one.
-pub const KNOWN_TO_MISS: [&str; 1] = [walking::DIFFERENCE];
-
-/// A row as `--quick` has it.
-#[must_use]
-pub fn without_known(row: FigureRow) -> FigureRow {
-    if row.holds != Some(false) || !KNOWN_TO_MISS.contains(&row.what.as_str()) {
-        return row;
-    }
-    FigureRow {
-        measured: format!("{}. Known not to hold, and not judged by --quick", row.measured),
-        holds: None,
-        ..row
-    }
-}
+pub const SLOW: [&str; 6] = ["same-law", "corrected", "rate", "equal-error", "sweep", "instructions"];
 
 /// One campaign: its name, and what makes its rows.
 pub type Campaign = (&'static str, fn(&PeerSetup) -> Vec<FigureRow>);
 
 /// Every campaign with its name for `--only`.
-pub const CAMPAIGNS: [Campaign; 14] = [
+pub const CAMPAIGNS: [Campaign; 17] = [
     ("oscillation", oscillation::rows),
     ("paths", paths::rows),
+    ("air", air::rows),
+    ("law-of-the-feet", own_law::quick_rows),
+    ("same-law", own_law::rows),
     ("speeds", walking::rows),
     ("roots", corrected::quick_rows),
     ("corrected", corrected::rows),
@@ -94,18 +85,7 @@ pub const CAMPAIGNS: [Campaign; 14] = [
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
-
-    #[test]
-    fn quick_excuses_what_is_known_to_miss_and_nothing_else() {
-        let holds =
-            |what: &str, holds| without_known(FigureRow::new(what, "2 %", "3 %".into(), holds, json!(null))).holds;
-        assert_eq!(holds(KNOWN_TO_MISS[0], false), None);
-        assert_eq!(holds(KNOWN_TO_MISS[0], true), Some(true), "good news is told");
-        assert_eq!(holds("another", false), Some(false));
-    }
 
     #[test]
     fn what_is_slow_is_a_campaign() {

@@ -30,6 +30,9 @@ pub enum PeerError {
     /// There is none here.
     #[error("no MuJoCo at {}: run .ci/tools, or name a Python that has it in {PYTHON}", .0.display())]
     Missing(PathBuf),
+    /// There is MuJoCo, but nothing that builds a program on it.
+    #[error("no C compiler {}: install one, or name it in CC", .0.display())]
+    NoCompiler(PathBuf),
     /// A script ended badly.
     #[error("{script}: {message}")]
     Script {
@@ -57,6 +60,23 @@ impl Peer {
         }
         let models = tempfile::tempdir().unwrap_or_else(|error| panic!("no temporary directory: {error}"));
         Ok(Self { python, models })
+    }
+
+    /// Where Python has MuJoCo: its library and headers.
+    ///
+    /// # Errors
+    /// Python does not say.
+    pub fn package(&self) -> Result<PathBuf, PeerError> {
+        let asked = "import mujoco; print(mujoco.__path__[0])";
+        let output = Command::new(&self.python).args(["-c", asked]).output();
+        let output = output.map_err(|_| PeerError::Missing(self.python.clone()))?;
+        Ok(PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()))
+    }
+
+    /// Where models and programs are kept as long as this is.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        self.models.path()
     }
 
     /// Writes a model under a name of its own.
@@ -118,7 +138,7 @@ pub fn not_compared(what: &str, required: &str, why: &PeerError) -> FigureRow {
 /// What is said of a comparison that could not be made, and whether its row fails.
 fn excused(why: &PeerError, all_peers: bool) -> (String, Option<bool>) {
     match why {
-        PeerError::Missing(_) if !all_peers => (format!("skipped: {why}"), None),
+        PeerError::Missing(_) | PeerError::NoCompiler(_) if !all_peers => (format!("skipped: {why}"), None),
         _ => (why.to_string(), Some(false)),
     }
 }
@@ -138,6 +158,9 @@ mod tests {
         let missing = PeerError::Missing("python".into());
         assert!(matches!(excused(&missing, false), (said, None) if said.starts_with("skipped: no MuJoCo at python")));
         assert!(matches!(excused(&missing, true), (said, Some(false)) if said.starts_with("no MuJoCo at python")));
+        let no_compiler = PeerError::NoCompiler("cc".into());
+        assert!(matches!(excused(&no_compiler, false), (said, None) if said.starts_with("skipped: no C compiler cc")));
+        assert!(matches!(excused(&no_compiler, true), (_, Some(false))));
         let broken = PeerError::Script { script: "speeds.py", message: "no".into() };
         assert_eq!(excused(&broken, false), ("speeds.py: no".into(), Some(false)));
     }

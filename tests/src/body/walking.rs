@@ -20,8 +20,9 @@ pub(super) const STEP_S: f64 = 1e-4;
 pub(super) const MOST: [f64; 3] = [0.16, 0.07, 0.10];
 /// Smaller speeds, as shares of the largest, may have any sign.
 const SMALL: f64 = 0.15;
-/// What the row of the differences tries.
-pub const DIFFERENCE: &str = "24 speeds on the ground against MuJoCo: RMS difference over the largest, vx/vy/yaw";
+/// What the row of the differences tells. Neither contact is the truth, so that nothing is required of it: what is, is that the
+/// same law of the feet gives the same speeds ([`super::own_law`]).
+const DIFFERENCE: &str = "beside it: the same speeds, RMS difference over the largest, vx/vy/yaw, for information";
 /// Where all speeds are written to.
 pub const FILE: &str = "mujoco-speeds.csv";
 
@@ -35,17 +36,13 @@ pub(super) struct Printed {
 /// Runs the campaign; one row of the table per requirement.
 #[must_use]
 pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
-    let whats = [
-        "24 speeds on the ground against MuJoCo (root module 2, elliptic): signs, where above 15 % of the largest",
-        DIFFERENCE,
-    ];
-    let required = ["22 of 24", "16/7/10 %"];
+    let what =
+        "24 speeds on the ground against MuJoCo (root module 2, elliptic): signs, where above 15 % of the largest";
+    let required = "22 of 24";
     let theirs = match bench.peer.as_ref().map(|peer| simulated(peer, &bench.robot)) {
         Ok(Ok(theirs)) => theirs,
-        Ok(Err(why)) => {
-            return vec![not_compared(whats[0], required[0], &why), not_compared(whats[1], required[1], &why)];
-        }
-        Err(why) => return vec![not_compared(whats[0], required[0], why), not_compared(whats[1], required[1], why)],
+        Ok(Err(why)) => return vec![not_compared(what, required, &why)],
+        Err(why) => return vec![not_compared(what, required, why)],
     };
     let ours = speeds(&bench.robot, &conditions(), at_step(STEP_S), 2);
     let path = bench.out.join(FILE);
@@ -55,10 +52,9 @@ pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
     let [x, y, yaw] = largest(&theirs);
     let numbers = json!({ "ours": ours, "mujoco": theirs });
     vec![
-        FigureRow::new(whats[0], required[0], format!("{signs} of {}; {told}", theirs.len()), signs >= 22, numbers),
-        FigureRow::new(
-            whats[1],
-            required[1],
+        FigureRow::new(what, required, format!("{signs} of {}; {told}", theirs.len()), signs >= 22, numbers),
+        FigureRow::beside(
+            DIFFERENCE,
             format!(
                 "{}; its largest {:.1} mm/s, {:.1} mm/s, {:.1} °/s",
                 percent(off),
@@ -66,7 +62,6 @@ pub fn rows(bench: &PeerSetup) -> Vec<FigureRow> {
                 1e3 * y,
                 yaw.to_degrees()
             ),
-            off.iter().zip(MOST).all(|(off, most)| *off <= most),
             json!({ "rms_over_largest": off }),
         ),
     ]
