@@ -25,6 +25,7 @@ fn said(verdict: Verdict, causes: &[&[&str]]) -> Diagnosis {
         left_over: None,
         missing_terms: Vec::new(),
         scale_free: std::collections::BTreeMap::new(),
+        rig_doubts: Vec::new(),
         next_experiment: None,
         detail: Detail::default(),
     }

@@ -400,17 +400,35 @@ fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
     if cost.is_finite() { cost } else { f64::INFINITY }
 }
 
-/// Sum of squares of what rollouts leave, in units of sigma².
+/// Sum of squares of what rollouts leave, in units of sigma², of a rollout that is far off its [`robust_square`].
 #[must_use]
 pub fn squares(data: &Data, rolled: &[Rolled]) -> f64 {
     let mut sum = 0.0;
     for (track, rolled) in data.tracks.iter().zip(rolled) {
-        sum += rollout::squared_errors(track, &rolled.readings).iter().sum::<f64>() / data.sigma.powi(2);
+        let errors = rollout::squared_errors(track, &rolled.readings);
+        let own = |(segment, square): (&Segment, f64)| robust_square(square / data.sigma.powi(2), track.read(segment));
+        sum += track.segments.iter().zip(errors).map(own).sum::<f64>();
         if let (Some(sigma), false) = (data.sigma_current, rolled.currents.is_empty()) {
             sum += current_residuals(track, rolled).map(|(_, r)| (r / sigma).powi(2)).sum::<f64>();
         }
     }
     sum
+}
+
+/// A rollout that leaves more than this (mean square, in units of sigma²) is far off.
+const FAR_OFF: f64 = 16.0;
+
+/// What the sum of squares of a rollout of so many readings counts: of one that is far off it is its root that grows, as with Huber's
+/// loss (P. J. Huber, "Robust estimation of a location parameter", Annals of Mathematical Statistics 35, 1964) on the rollout's error as
+/// a whole. A few rollouts in which the model lacks something would otherwise drive its numbers away from where all others have them.
+fn robust_square(square: f64, readings: f64) -> f64 {
+    let bound = FAR_OFF * readings;
+    if square <= bound { square } else { 2.0 * (bound * square).sqrt() - bound }
+}
+
+/// The slope of [`robust_square`]: the weight of a rollout's squares in the normal equations.
+fn robust_weight(square: f64, readings: f64) -> f64 {
+    (FAR_OFF * readings / square.max(1e-300)).sqrt().min(1.0)
 }
 
 /// A plant with one number moved, and by how much; `None` for a number that is held.
@@ -580,7 +598,9 @@ fn rows(
 ) -> DMatrix<f64> {
     let width = columns.len() + 1;
     let mut rows = Vec::with_capacity(places.len() * width);
-    let weight = 1.0 / data.sigma;
+    let left = |(k, place): (usize, usize)| residual(track, segment, k, rolled.readings[place]) / data.sigma;
+    let square: f64 = (segment.first..segment.last).zip(places.clone()).map(|at| left(at).powi(2)).sum();
+    let weight = robust_weight(square, track.read(segment)).sqrt() / data.sigma;
     for (k, place) in (segment.first..segment.last).zip(places) {
         if track.weight[k] > 0.0 {
             rows.extend(columns.iter().map(|column| column.0[place] * weight));
@@ -736,4 +756,21 @@ fn residuals(data: &Data) -> f64 {
     let angles: f64 = data.tracks.iter().map(Track::readings).sum();
     let currents = data.tracks.iter().filter(|track| with_current(data, track));
     (angles + currents.map(|track| count_of_currents(track) as f64).sum::<f64>()).max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_off_rollouts_count_by_their_root_and_the_weight_is_the_slope() {
+        let readings = 50.0;
+        let bound = FAR_OFF * readings;
+        for square in [0.0, 0.5 * bound, bound, 2.0 * bound, 100.0 * bound] {
+            let slope = (robust_square(square + 1e-3, readings) - robust_square(square, readings)) / 1e-3;
+            assert!((slope - robust_weight(square, readings)).abs() < 1e-5, "{slope} at {square}");
+        }
+        assert_eq!(robust_square(0.5 * bound, readings), 0.5 * bound);
+        assert!((robust_square(100.0 * bound, readings) - 19.0 * bound).abs() < 1e-9);
+    }
 }

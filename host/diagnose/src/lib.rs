@@ -60,6 +60,7 @@ mod model;
 mod motion;
 mod nominal;
 mod numbers;
+mod odd_runs;
 mod one_step;
 mod pairs;
 mod probe;
@@ -70,6 +71,7 @@ mod screen;
 mod search;
 mod selection;
 mod session;
+mod spectrum;
 mod track;
 mod values;
 mod verdict;
@@ -95,7 +97,7 @@ pub use extend::extend;
 pub use rig_check::{Cause as RigMistake, Finding, Mend, RigCheck, check_rig};
 pub use verdict::{
     CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,
-    MisfitCurve, MissingTerm, RolloutError, RolloutTrace, RunUse, TermKind, TermPoint, TraceSample, Verdict,
+    MisfitCurve, MissingTerm, RigDoubt, RolloutError, RolloutTrace, RunUse, TermKind, TermPoint, TraceSample, Verdict,
 };
 
 /// Is told what is being done (a word or two) and the share done, 0 … 1.
@@ -214,7 +216,9 @@ pub fn diagnose(
         let (session, baseline) = open(robot, fit, held_out, options)?;
         let found = Inquiry::new(robot, options).run(session, baseline)?;
         options.tell("writing down", 0.97);
-        let diagnosis = write_down(robot, &found, options.seed);
+        let mut diagnosis = write_down(robot, &found, options.seed);
+        diagnosis.rig_doubts = findings(robot, fit, held_out).iter().map(RigDoubt::from).collect();
+        diagnosis.detail.summary = words::summary(&diagnosis);
         options.tell("done", 1.0);
         Ok(diagnosis)
     })
@@ -278,11 +282,16 @@ fn wrong_rig(robot: &Robot, session: &Session, baseline: &Candidate) -> Diagnose
     DiagnoseError::WrongRig { robot: robot.name.clone(), ratio, detail, mend: mend.to_owned() }
 }
 
+/// What does not go together between all recordings and the file.
+fn findings(robot: &Robot, fit: &[Recording], held_out: &[Recording]) -> Vec<Finding> {
+    let runs: Vec<Recording> = fit.iter().chain(held_out).cloned().collect();
+    check_rig(robot, &runs).findings
+}
+
 /// A refusal with its reason and what to change, where a check of the recordings against the file finds any.
 fn with_reason(error: DiagnoseError, robot: &Robot, fit: &[Recording], held_out: &[Recording]) -> DiagnoseError {
     let found = || {
-        let runs: Vec<Recording> = fit.iter().chain(held_out).cloned().collect();
-        let findings = check_rig(robot, &runs).findings;
+        let findings = findings(robot, fit, held_out);
         let reasons: Vec<String> = findings.iter().map(Finding::reason).collect();
         let mends: Vec<String> = findings.iter().map(Finding::mend).collect();
         (!findings.is_empty()).then(|| (reasons.join("; "), mends.join("\n")))
@@ -327,7 +336,7 @@ fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
         })
         .collect();
     let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, rest.follows());
-    let left_over = left_over.filter(|_| decision.verdict == Verdict::Unexplained);
+    let left_over = found.odd_runs.clone().or(left_over).filter(|_| decision.verdict == Verdict::Unexplained);
     let missing_terms = match decision.verdict {
         Verdict::Nothing => Vec::new(),
         _ => missing_term::of(session, selection.baseline, &misfit_map, seed),
@@ -338,7 +347,7 @@ fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
         let [percent_of_excess_removed, low, high] = selection.gain(model);
         Gain { percent_of_excess_removed, low, high }
     });
-    let mut diagnosis = Diagnosis {
+    Diagnosis {
         verdict: decision.verdict,
         causes,
         models: decision.class.iter().map(|&index| names(&selection.candidates[index])).collect(),
@@ -369,9 +378,8 @@ fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
             runs: map::runs(session),
             summary: Vec::new(),
         },
-    };
-    diagnosis.detail.summary = words::summary(&diagnosis);
-    diagnosis
+        rig_doubts: Vec::new(),
+    }
 }
 
 /// The effects of a model by name.

@@ -4,6 +4,8 @@ use super::probe::Follows;
 use super::rollout::{residual, rollout};
 use super::search::Candidate;
 use super::session::Session;
+use super::spectrum;
+use super::track::Track;
 use super::verdict::{LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrace, RunUse, TraceSample};
 use common::{quantile, wrap};
 
@@ -84,15 +86,28 @@ pub fn misfit_map(
     follows: Option<Follows>,
 ) -> (Vec<MisfitCurve>, Option<LeftOver>) {
     let points = points(session, before, after);
-    let curves: Vec<MisfitCurve> = (0..NAMES.len()).map(|axis| curve(&points, axis)).collect();
+    let mut curves: Vec<MisfitCurve> = (0..NAMES.len()).map(|axis| curve(&points, axis)).collect();
+    curves.push(spectrum::of(&session.held_out, &before.evaluation.rolled, &after.evaluation.rolled));
     let sought = |curve: &&MisfitCurve| follows.is_none_or(|follows| follows.name() == curve.coordinate);
-    let left_over = curves
+    let best = curves
         .iter()
         .filter(sought)
         .filter_map(|curve| concentration(curve, session.noise))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, left_over)| left_over);
+    let left_over = best.map(|left_over| with_runs(session, left_over));
     (curves, left_over)
+}
+
+/// With the names of the runs that it lies in, where the run is what it follows.
+fn with_runs(session: &Session, left_over: LeftOver) -> LeftOver {
+    let within = |track: &&Track| (left_over.from..=left_over.to).contains(&(track.place as f64));
+    let runs = if left_over.coordinate == Follows::Run.name() {
+        session.held_out.iter().filter(within).map(|track| track.name.clone()).collect()
+    } else {
+        Vec::new()
+    };
+    LeftOver { runs, ..left_over }
 }
 
 fn curve(points: &[Point], axis: usize) -> MisfitCurve {
@@ -139,6 +154,7 @@ fn concentration(curve: &MisfitCurve, noise: f64) -> Option<(f64, LeftOver)> {
     if curve.coordinate == "time_in_rollout_s" {
         return None;
     }
+    let slowest = curve.bins.first().map(|bin| bin.from);
     let excess: Vec<f64> =
         curve.bins.iter().map(|bin| (bin.after.powi(2) - noise).max(0.0) * bin.samples as f64).collect();
     let (total, samples) = (excess.iter().sum::<f64>(), curve.bins.iter().map(|bin| bin.samples).sum::<usize>() as f64);
@@ -155,10 +171,20 @@ fn concentration(curve: &MisfitCurve, noise: f64) -> Option<(f64, LeftOver)> {
             // Information about where the excess lies (Kullback-Leibler, in or out of the range).
             let out = if share < 1.0 { (1.0 - share) * ((1.0 - share) / (1.0 - expected).max(1e-9)).ln() } else { 0.0 };
             let gained = share * (share / expected).ln() + out;
+            // Errors of a simulation pile up, so that any misfit is slow: only a range above says something about the cause.
+            if curve.coordinate == spectrum::NAME && Some(curve.bins[first].from) == slowest {
+                continue;
+            }
             if share > expected && best.as_ref().is_none_or(|best| gained > best.0) {
                 best = Some((
                     gained,
-                    LeftOver { coordinate: curve.coordinate.clone(), from: curve.bins[first].from, to: bin.to, share },
+                    LeftOver {
+                        coordinate: curve.coordinate.clone(),
+                        from: curve.bins[first].from,
+                        to: bin.to,
+                        share,
+                        runs: Vec::new(),
+                    },
                 ));
             }
         }
@@ -257,4 +283,30 @@ fn trace(
         }
     }
     RolloutTrace { run: track.name.clone(), why: why.to_owned(), samples }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A curve over the frequency, 5 Hz a bin, with an error of 3 in one of them above a floor of 1.
+    fn spectrum_with(peak: usize) -> MisfitCurve {
+        let bin = |i: usize| MisfitBin {
+            from: 5.0 * i as f64 + 2.5,
+            to: 5.0 * i as f64 + 7.5,
+            samples: 100,
+            before: 3.0,
+            after: if i == peak { 3.0 } else { 1.0 },
+            bias_before: 0.0,
+            bias_after: 0.0,
+        };
+        MisfitCurve { coordinate: spectrum::NAME.to_owned(), bins: (0..20).map(bin).collect() }
+    }
+
+    #[test]
+    fn a_tone_is_a_place_and_a_slow_error_is_none() {
+        let (_, tone) = concentration(&spectrum_with(9), 1.0).expect("a tone has a place");
+        assert_eq!((tone.coordinate.as_str(), tone.from, tone.to), ("frequency_hz", 47.5, 52.5));
+        assert!(concentration(&spectrum_with(0), 1.0).is_none());
+    }
 }

@@ -19,7 +19,7 @@ use super::*;
 use recording::{AngleReading, Drive, Recording};
 
 /// The bench: the robot's motor on a 5 V rail, ideal driver and sensor, no effects.
-fn bench() -> Robot {
+pub(super) fn bench() -> Robot {
     Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-linear.toml")).unwrap()
 }
 
@@ -70,7 +70,7 @@ impl Rig {
         (0..6).map(|i| self.run(seed * 10 + i, i as usize % 3, 8.0)).collect()
     }
 
-    fn run(&self, seed: u64, kind: usize, seconds: f64) -> Recording {
+    pub fn run(&self, seed: u64, kind: usize, seconds: f64) -> Recording {
         let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
         let n = (seconds * 1000.0) as usize;
         let stepper = self.shaft.stepper(1e-4);
@@ -127,7 +127,7 @@ fn changed(change: impl FnOnce(&mut Rig)) -> Rig {
     rig
 }
 
-fn coulomb(torque_nm: f64) -> Laws {
+pub(super) fn coulomb(torque_nm: f64) -> Laws {
     Laws { coulomb_friction: Some(CoulombFriction { torque_nm, presliding_rad: 6e-3 }), ..Laws::NONE }
 }
 
@@ -596,4 +596,20 @@ fn what_cannot_be_tried_is_refused() {
         })
         .collect();
     assert!(refused(&bench(), &measured, "driver_dead_time").contains("measured"));
+}
+
+#[test]
+fn a_file_with_another_supply_is_doubted_although_its_numbers_can_be_refitted() {
+    let runs = Rig::off().runs(5);
+    let said = |robot: &Robot| diagnose(robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    assert_eq!(said(&bench()).rig_doubts, []);
+    let file = edited(|text| {
+        text.replace(
+            "rail_v = { value = 5.0, low = 5.0, high = 5.0",
+            "rail_v = { value = 24.0, low = 24.0, high = 24.0",
+        )
+    });
+    let doubted = said(&file.robot().unwrap());
+    assert!(doubted.causes.is_empty(), "{:?}", doubted.causes);
+    assert!(doubted.rig_doubts[0].mend.contains("supply.rail_v"), "{:?}", doubted.rig_doubts);
 }

@@ -201,7 +201,13 @@ impl Track {
     /// Readings of all segments, without the two of each that its start takes.
     #[must_use]
     pub fn readings(&self) -> f64 {
-        self.segments.iter().map(|one| self.weight[one.first..one.last].iter().sum::<f64>() - 2.0).sum()
+        self.segments.iter().map(|one| self.read(one)).sum()
+    }
+
+    /// Readings of a segment, without the two that its start takes; never less than 1.
+    #[must_use]
+    pub fn read(&self, segment: &Segment) -> f64 {
+        (self.weight[segment.first..segment.last].iter().sum::<f64>() - 2.0).max(1.0)
     }
 
     /// Cuts the run into segments.

@@ -59,8 +59,8 @@ pub struct Gain {
 /// Where the error that remains lives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOver {
-    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `current_a`, `time_s`, `time_since_reversal_s` or `run`: the run's place among
-    /// all, those that were fitted on first.
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `current_a`, `time_s`, `time_since_reversal_s`, `frequency_hz` or `run`: the run's
+    /// place among all, those that were fitted on first.
     pub coordinate: String,
     /// Lower end of the range.
     pub from: f64,
@@ -68,6 +68,21 @@ pub struct LeftOver {
     pub to: f64,
     /// Share of what is left above the floor that lies in this range, 0 … 1.
     pub share: f64,
+    /// Where the coordinate is the run, the names of those in the range.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub runs: Vec<String>,
+}
+
+impl LeftOver {
+    /// The range, as the end of a sentence: `at angle_rad from 0.400 to 1.200`, `in the run a.csv`.
+    #[must_use]
+    pub fn place(&self) -> String {
+        match self.runs.as_slice() {
+            [] => format!("at {} from {:.3} to {:.3}", self.coordinate, self.from, self.to),
+            [run] => format!("in the run {run}"),
+            runs => format!("in the runs {}", runs.join(", ")),
+        }
+    }
 }
 
 /// What a [`MissingTerm`] is.
@@ -130,6 +145,15 @@ pub struct Limit {
     pub would_show: bool,
 }
 
+/// Something by which the recordings do not look like those of the file's rig, although a model of it follows them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RigDoubt {
+    /// What does not go together, with its evidence.
+    pub reason: String,
+    /// What to change, a line an explanation.
+    pub mend: String,
+}
+
 /// A diagnosis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
@@ -162,6 +186,9 @@ pub struct Diagnosis {
     pub scale_free: BTreeMap<String, [f64; 3]>,
     /// How large each effect that is not named may still be.
     pub limits: Vec<Limit>,
+    /// What [`crate::check_rig`] finds wrong between the recordings and the file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rig_doubts: Vec<RigDoubt>,
     /// The experiment that would decide, when these data cannot.
     pub next_experiment: Option<String>,
     /// Everything that a report draws; not in the JSON.
@@ -282,7 +309,8 @@ pub struct CandidateEvidence {
 /// Root mean square of the held-out rollout error against one coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MisfitCurve {
-    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `current_a`, `time_s`, `time_since_reversal_s`, `run` or `time_in_rollout_s`.
+    /// `angle_rad`, `speed_rad_per_s`, `voltage_v`, `current_a`, `time_s`, `time_since_reversal_s`, `run`, `time_in_rollout_s` or
+    /// `frequency_hz`: of the error's spectrum, whose level is the floor where the error is white noise.
     pub coordinate: String,
     /// Bins, ascending; bins with too few samples are left out.
     pub bins: Vec<MisfitBin>,

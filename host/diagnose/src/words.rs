@@ -62,6 +62,12 @@ pub fn next_experiment(class: &[Id], left_over: Option<&str>) -> Option<String> 
                 "hold constant speeds across the range where the misfit lives, both ways, and coast through it"
             }
             "voltage_v" => "measure the voltage at the motor's terminals (column voltage_v) and repeat the runs",
+            "current_a" => {
+                "repeat the runs with the current measured (column current_a), and hold loads of several sizes"
+            }
+            "time_since_reversal_s" => "reverse again and again, after rests of 0.02 s to 5 s",
+            "run" => "repeat those runs, once as they were and once in another order, and hold one of them out",
+            "frequency_hz" => "hold constant speeds, and record once with the motor off: what stays is not the motor's",
             "time_s" => "repeat one run three times in a row, cold and warm, with temperature and supply recorded",
             _ => "repeat the runs with the current measured (column current_a)",
         }
@@ -132,14 +138,12 @@ pub fn summary(diagnosis: &Diagnosis) -> Vec<String> {
             degrees(diagnosis.after)
         ),
     });
+    out.extend(diagnosis.rig_doubts.iter().map(|doubt| {
+        let mend = doubt.mend.replace('\n', "; ");
+        format!("The recordings may be of another rig than the file's: {}. What to change: {mend}.", doubt.reason)
+    }));
     if let Some(left) = &diagnosis.left_over {
-        out.push(format!(
-            "{:.0} % of what is left lies at {} from {:.3} to {:.3}.",
-            100.0 * left.share,
-            left.coordinate,
-            left.from,
-            left.to
-        ));
+        out.push(format!("{:.0} % of what is left lies {}.", 100.0 * left.share, left.place()));
     }
     out
 }

@@ -28,6 +28,8 @@ pub(super) const TEMPERATURE: Range =
 
 /// A step in angle that can only be the wrap of a full turn in degrees: radians wrap by 6.28.
 const DEGREE_WRAP: std::ops::Range<f64> = 300.0..420.0;
+/// A wrapped reading in degrees is no larger, but for a little that it overshoots.
+const FULL_TURN_DEG: f64 = 365.0;
 /// Two readings this far apart still belong to one motion: half a turn at 15 Hz, s.
 const SAME_MOTION_S: f64 = 0.033;
 /// No gearmotor's output turns at 95 turns a second, rad/s.
@@ -90,7 +92,7 @@ impl Watch {
             self.run_steps = 0;
             return Ok(());
         }
-        if DEGREE_WRAP.contains(&jump) {
+        if DEGREE_WRAP.contains(&jump) && angle.abs().max(last_angle.abs()) <= FULL_TURN_DEG {
             return Err(degrees(format!("the angle jumps by {jump:.1} within {:.1} ms", step_t * 1e3)));
         }
         if step == 0.0 || step.signum() != self.run_sign {

@@ -15,7 +15,7 @@ use super::score::{Mark, in_words};
 pub struct Heard {
     /// The check of the rig has the right mend among those that it gives, three at most.
     pub by_check: bool,
-    /// The diagnosis has it in its refusal.
+    /// The diagnosis has it in its refusal, or among its doubts.
     pub by_diagnosis: bool,
     /// The diagnosis gives physics a name.
     pub named: bool,
@@ -44,7 +44,11 @@ pub fn listen(mistake: Mistake, case: &Case, paths: &Paths, said: &Result<Diagno
         |words: &String| right.iter().any(|mend| words.contains(&mend.change)) || truth.is_mended_by_the_reader(words);
     Heard {
         by_check: !right.is_empty(),
-        by_diagnosis: !right.is_empty() && said.as_ref().err().is_some_and(has),
+        by_diagnosis: !right.is_empty()
+            && match said {
+                Err(refusal) => has(refusal),
+                Ok(said) => said.rig_doubts.iter().any(|doubt| has(&doubt.mend)),
+            },
         named: said.as_ref().is_ok_and(|said| !said.causes.is_empty()),
         check: mends.iter().map(|mend| mend.change.as_str()).collect::<Vec<_>>().join(" | "),
     }

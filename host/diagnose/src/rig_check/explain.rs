@@ -150,7 +150,7 @@ const MOST: usize = 3;
 /// Penalty beyond the best one's at which an explanation is not told.
 const FAR: f64 = 1.6;
 /// A factor of another motor or supply that is told beside a mistaken unit.
-const ANOTHER_RIG: std::ops::Range<f64> = 0.05..20.0;
+const ANOTHER_RIG: std::ops::Range<f64> = 0.02..50.0;
 /// A factor of another load or winding that is told beside a mistaken unit.
 const ANOTHER_LOAD: std::ops::Range<f64> = 0.002..500.0;
 /// Rows this far apart are of a clock in another unit, s.

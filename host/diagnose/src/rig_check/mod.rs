@@ -21,6 +21,8 @@ use recording::{Drive, Recording, mean_supply_v, supply_problem};
 use robot_file::robot::Robot;
 use serde::Serialize;
 
+use super::verdict::RigDoubt;
+
 use expected::Expected;
 pub use explain::Cause;
 use explain::{Answer, Circumstances, DriveColumn, Observed, explain, is_right};
@@ -82,6 +84,12 @@ impl Finding {
         });
         let tell_apart = self.tell_apart.iter().map(|ways| format!("to know which: {ways}"));
         lines.chain(tell_apart).collect::<Vec<_>>().join("\n")
+    }
+}
+
+impl From<&Finding> for RigDoubt {
+    fn from(finding: &Finding) -> Self {
+        Self { reason: finding.reason(), mend: finding.mend() }
     }
 }
 

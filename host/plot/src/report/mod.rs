@@ -9,7 +9,7 @@ mod words;
 use std::fmt::Write as _;
 
 use common::quantile;
-use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, MissingTerm, RunUse, Verdict};
+use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, MissingTerm, RigDoubt, RunUse, Verdict};
 use simulation::{ComparedFigure, Comparison};
 use svg::{COLOURS, STYLE, escape, number};
 use words::{degrees, percent, sentence, three, times};
@@ -331,7 +331,15 @@ fn what_is_left(diagnosis: &Diagnosis) -> String {
     let next = diagnosis.next_experiment.as_ref().map_or_else(String::new, |next| {
         format!("<p class=\"next\"><b>Next experiment:</b> {}.</p>", escape(next.trim_end_matches('.')))
     });
-    format!("<section><h2>What is left</h2><p>{}{}</p>{next}</section>", escape(&state), escape(&place))
+    let doubts: String = diagnosis.rig_doubts.iter().map(doubt).collect();
+    format!("<section><h2>What is left</h2><p>{}{}</p>{next}{doubts}</section>", escape(&state), escape(&place))
+}
+
+/// What does not go together between recordings and file, and what to change.
+fn doubt(doubt: &RigDoubt) -> String {
+    let mend = doubt.mend.lines().map(|line| format!("<br>{}", escape(&words::readable(line)))).collect::<String>();
+    let reason = escape(&words::readable(&doubt.reason));
+    format!("<p class=\"next\"><b>Is this the file's rig?</b> {reason}.{mend}</p>")
 }
 
 /// How large each effect may still be that was not named.

@@ -197,7 +197,9 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
             from: 0.4,
             to: 1.2,
             share: 0.64,
+            runs: Vec::new(),
         }),
+        rig_doubts: Vec::new(),
         missing_terms: if verdict == Verdict::Nothing { Vec::new() } else { vec![missing_term()] },
         scale_free: [
             ("motor.inertia_v_s2_per_rad".to_owned(), [1.144e-3, 1.141e-3, 1.147e-3]),

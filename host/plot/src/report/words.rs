@@ -125,6 +125,7 @@ pub(super) fn coordinate(name: &str) -> (&'static str, &'static str, f64) {
         "time_s" => ("time in the run", "s", 1.0),
         "time_since_reversal_s" => ("time since it stood or turned round", "s", 1.0),
         "run" => ("run, those that were fitted on first", "", 1.0),
+        "frequency_hz" => ("frequency of the error", "Hz", 1.0),
         "time_in_rollout_s" => ("time since the rollout began", "ms", 1e3),
         _ => ("", "", 1.0),
     }
@@ -192,6 +193,10 @@ pub(super) fn badge(verdict: Verdict) -> (&'static str, &'static str) {
 pub(super) fn left_over(left: &LeftOver) -> String {
     let (label, unit, factor) = coordinate(&left.coordinate);
     let label = if label.is_empty() { left.coordinate.as_str() } else { label };
+    if !left.runs.is_empty() {
+        let share = percent(100.0 * left.share);
+        return format!("{share} % of what is left above the noise lies in {}.", left.runs.join(", "));
+    }
     format!(
         "{} % of what is left above the noise lies at a {label} of {} to {} {unit}.",
         percent(100.0 * left.share),

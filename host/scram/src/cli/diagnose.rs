@@ -422,10 +422,9 @@ fn facts(d: &Diagnosis) -> Vec<(&'static str, String)> {
         rows.push(("excess error removed", text));
     }
     if let Some(left) = &d.left_over {
-        let text =
-            format!("{:.0} % of it where {} is {:.3} … {:.3}", 100.0 * left.share, left.coordinate, left.from, left.to);
-        rows.push(("left over", text));
+        rows.push(("left over", format!("{:.0} % of it {}", 100.0 * left.share, left.place())));
     }
+    rows.extend(d.rig_doubts.iter().map(|doubt| ("not of this rig?", doubt.reason.clone())));
     if let Some(next) = &d.next_experiment {
         rows.push(("next experiment", next.clone()));
     }
