@@ -27,6 +27,9 @@ const TRACE: f64 = 0.025;
 /// for as long as a rollout. What is rare and large, a shaft that sticks now and then, is no noise, though no curve sees it.
 const ALIKE: f64 = 1.6;
 
+/// Noise that remembers leaves at most this many times its fast scatter (mean square): what leaves more is no noise of a sensor.
+const REMEMBERED: f64 = 6.25;
+
 /// A friction that is even around the shaft leaves at most this share of its rest to a curve over the angle.
 const AROUND: f64 = 0.02;
 
@@ -119,7 +122,8 @@ impl<'a> Inquiry<'a> {
             Found { session, baseline, candidates, bootstrap, decision, rest, odd_runs: None, remembered: 0.0 };
         found.refine_floor();
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
-        let alarm = found.rest.alarm() || found.selection().any_explains();
+        let too_much = found.baseline.mean_square() > REMEMBERED * found.session.noise;
+        let alarm = found.rest.alarm() || too_much || found.selection().any_explains();
         found.decide(alarm);
         self.refute(&mut found, &effects);
         if found.decision.named().is_none() && is_implausible(&found.session, &found.baseline) {
@@ -154,6 +158,7 @@ impl<'a> Inquiry<'a> {
     /// Takes back names, one after the other, of models that what they leave speaks against.
     fn refute(&self, found: &mut Found, effects: &[Id]) {
         while let Some(named) = found.decision.named().filter(|&named| self.is_refuted(found, named, effects)) {
+            debug_assert!(!found.candidates[named].refuted, "what was taken back is not named again");
             found.candidates[named].refuted = true;
             found.decide(true);
         }
@@ -233,7 +238,7 @@ impl<'a> Inquiry<'a> {
         let is_trace = model.mean_square() - noise <= TRACE * (baseline.mean_square() - noise);
         let is_alike = noise <= ALIKE * model.usual_square();
         let is_trace = is_trace && seen > 0.0 && model.effects.len() == 1;
-        (is_alike && (is_trace || screen.is_noise())).then_some(noise)
+        (noise <= REMEMBERED * session.noise && is_alike && (is_trace || screen.is_noise())).then_some(noise)
     }
 
     /// Whether no screen sees anything in what a model leaves.

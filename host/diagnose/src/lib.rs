@@ -51,6 +51,7 @@ mod experiment;
 mod extend;
 mod fit;
 mod floor;
+mod ground;
 pub mod identify;
 mod inquiry;
 mod map;

@@ -302,10 +302,11 @@ impl Plant {
             };
             stepper.terminals(duty, rail)
         };
-        let torque = self.probe.as_ref().map_or(0.0, |probe| {
+        let body = track.load_torque.get(k).copied().unwrap_or(0.0);
+        let torque = self.probe.as_ref().map_or(body, |probe| {
             let at = moment(track, k, &motion.state, terminals);
             motion.slipped += probe.slip(at) * stepper.step();
-            probe.torque(at)
+            body + probe.torque(at)
         });
         let means = stepper.advance_under(&mut motion.state, terminals, torque);
         motion.drawn_as += duty * means.current * stepper.step();

@@ -364,7 +364,8 @@ impl Selection<'_> {
             let [behind, low, _] = self.trimmed(rival, &self.candidates[best]);
             self.trimmed(self.baseline, rival)[0] > 0.5 * value && !(behind > PAYS && low > 0.0)
         };
-        let rivals: Vec<usize> = single.into_iter().filter(|i| *i == best || is_rival(i)).collect();
+        let stands = |i: &usize| *i == best || (!self.is_out(&self.candidates[*i]) && is_rival(i));
+        let rivals: Vec<usize> = single.into_iter().filter(stands).collect();
         let part = self.among(&rivals, Verdict::Unexplained);
         (part.class.len() <= MOST_FOR_A_PART).then_some(part)
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use effects::Id;
+use effects::{Effect, GravityTilt, Id};
 use rayon::prelude::*;
 use robot_file::robot::Robot;
 
@@ -10,12 +10,15 @@ use super::blind_arc::{self, BlindArc};
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit, Until};
 use super::floor::{self, Scatter};
+use super::ground;
 use super::nominal::FileModel;
 use super::rollout::{self, Rolled, Starts};
 use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
 use recording::Recording;
 
+/// Times that shaft and body are followed in turns: neither needs the other to be good.
+const SHAKES: usize = 5;
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
 const MOST_ROLLOUTS: usize = 1500;
 /// A noise estimate below this is no noise but a recording of a simulation; the floor stays above it, rad.
@@ -108,7 +111,13 @@ impl Session {
                 recordings.iter().enumerate().map(|(i, one)| Track::new(robot, one, from + i)).collect();
             made
         };
-        let model = FileModel::new(robot);
+        // On the ground gravity pulls at the eccentric through the body that leans, as the simulation has it.
+        let on_ground = fit.iter().chain(held_out).any(|one| one.pose.iter().any(Option::is_some));
+        let mut level = robot.clone();
+        if on_ground {
+            level.effects.remove(GravityTilt::SPEC.name);
+        }
+        let model = FileModel::new(&level);
         let mut session = Self {
             unfitted: Fit::begin(&model, &[], 0, Vec::new()),
             model,
@@ -137,7 +146,24 @@ impl Session {
         if changed && session.drop_blind(&baseline, options)? {
             baseline = session.settle(&baseline);
         }
+        for _ in 0..if on_ground { SHAKES } else { 0 } {
+            session.pull(robot, &baseline)?;
+            baseline = session.settle(&baseline);
+        }
         Ok((session, baseline))
+    }
+
+    /// Works out how the body pulls at the shaft where a fit has that.
+    fn pull(&mut self, robot: &Robot, fit: &Fit) -> Result<(), DiagnoseError> {
+        let plant = fit.plant(&self.model);
+        ground::pull(robot, &plant, &mut self.fit)?;
+        ground::pull(robot, &plant, &mut self.held_out)?;
+        let known = self.fit.iter().chain(&self.held_out);
+        let read = self.arc.iter_mut().flat_map(|arc| arc.read.iter_mut().flatten());
+        for (track, known) in read.zip(known) {
+            track.load_torque.clone_from(&known.load_torque);
+        }
+        Ok(())
     }
 
     /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what

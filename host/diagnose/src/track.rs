@@ -44,6 +44,10 @@ pub struct Track {
     pub enable: Vec<bool>,
     /// Current, A, NaN where missing; empty without a column.
     pub current: Vec<f64>,
+    /// Of a robot on the ground: where it begins, x and y, m, and heading, rad.
+    pub first_pose: Option<[f64; 3]>,
+    /// Torque that a body on the ground has on the shaft from this sample to the next, N·m; empty on a bench.
+    pub load_torque: Vec<f64>,
     /// Time since the shaft stood or turned round, s.
     pub since_reversal: Vec<f64>,
     /// Which of all runs it is.
@@ -184,6 +188,8 @@ impl Track {
             drive_integral,
             enable: recording.enable.clone(),
             current: if current.len() == n { current } else { Vec::new() },
+            first_pose: recording.pose.iter().flatten().next().copied(),
+            load_torque: Vec::new(),
             segments: Vec::new(),
             name,
         };

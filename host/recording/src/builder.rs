@@ -22,9 +22,12 @@ pub(super) enum Column {
     AdcSecond,
     Current,
     Temperature,
+    X,
+    Y,
+    Yaw,
 }
 
-const COLUMNS: [(&str, Column); 10] = [
+const COLUMNS: [(&str, Column); 13] = [
     ("t_s", Column::Time),
     ("enable", Column::Enable),
     ("duty", Column::Duty),
@@ -35,14 +38,14 @@ const COLUMNS: [(&str, Column); 10] = [
     ("adc_second", Column::AdcSecond),
     ("current_a", Column::Current),
     ("temperature_c", Column::Temperature),
+    ("x_m", Column::X),
+    ("y_m", Column::Y),
+    ("yaw_rad", Column::Yaw),
 ];
 
-/// Columns that are known and have no place in a shaft's recording: the pose, what a simulation adds, what a controller was
-/// told and said. Not worth a note.
-const KNOWN_UNREAD: [&str; 14] = [
-    "x_m",
-    "y_m",
-    "yaw_rad",
+/// Columns that are known and have no place in a recording in memory: what a simulation adds, what a controller was told and said.
+/// Not worth a note.
+const KNOWN_UNREAD: [&str; 11] = [
     "blind",
     // For `scram replay`: see [`super::entries`].
     "tick",
@@ -137,6 +140,8 @@ pub(super) struct Values {
     pub(super) adc_second: Option<f64>,
     pub(super) current_a: Option<f64>,
     pub(super) temperature_c: Option<f64>,
+    /// x, y, heading.
+    pub(super) pose: [Option<f64>; 3],
 }
 
 impl Values {
@@ -151,6 +156,9 @@ impl Values {
             Column::AdcSecond => self.adc_second = value,
             Column::Current => self.current_a = value,
             Column::Temperature => self.temperature_c = value,
+            Column::X => self.pose[0] = value,
+            Column::Y => self.pose[1] = value,
+            Column::Yaw => self.pose[2] = value,
         }
     }
 }
@@ -187,6 +195,7 @@ pub(super) struct Builder {
     has_second: bool,
     has_current: bool,
     has_temperature: bool,
+    has_pose: bool,
     duty_name: &'static str,
     angle_name: &'static str,
     /// `None` takes values as they are written.
@@ -220,6 +229,7 @@ impl Builder {
             has_second: layout.has(Column::AdcSecond),
             has_current: layout.has(Column::Current),
             has_temperature: layout.has(Column::Temperature),
+            has_pose: [Column::X, Column::Y, Column::Yaw].into_iter().all(|column| layout.has(column)),
             duty_name: if is_duty { "duty" } else { "voltage_v" },
             angle_name: if is_adc { "adc" } else { "angle_rad" },
             watch: Some(Watch::default()),
@@ -273,6 +283,12 @@ impl Builder {
         };
         let current_a = optional(values.current_a, "current_a", &plausible::CURRENT)?;
         let temperature_c = optional(values.temperature_c, "temperature_c", &plausible::TEMPERATURE)?;
+        let [x, y, yaw] = values.pose;
+        let pose = x.zip(y).zip(yaw).map(|((x, y), yaw)| [x, y, yaw]);
+        if let Some(value) = pose.into_iter().flatten().find(|value| !value.is_finite()) {
+            let help = "leave the cells empty where nothing was measured";
+            return Err(self.cell(row, "x_m, y_m, yaw_rad", format!("{value} is not a number"), help));
+        }
 
         self.last_row = row;
         if self.window.is_before(t_s) || self.window.is_after(t_s) {
@@ -306,6 +322,9 @@ impl Builder {
         }
         if self.has_temperature {
             kept.temperature_c.push(temperature_c);
+        }
+        if self.has_pose {
+            kept.pose.push(pose);
         }
         if kept.len() > self.limit {
             self.stride *= 2;
@@ -437,4 +456,5 @@ fn thin(recording: &mut Recording) {
     halve(&mut recording.supply_v);
     halve(&mut recording.current_a);
     halve(&mut recording.temperature_c);
+    halve(&mut recording.pose);
 }

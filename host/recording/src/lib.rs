@@ -87,6 +87,9 @@ pub struct Recording {
     pub current_a: Vec<Option<f64>>,
     /// Temperature, °C, where measured. Empty when there is no column.
     pub temperature_c: Vec<Option<f64>>,
+    /// Pose over the ground: mean of the modules' centres x and y, m, and heading, rad, counter-clockwise, not wrapped. Empty where
+    /// one of the three columns is missing.
+    pub pose: Vec<Option<[f64; 3]>>,
 }
 
 /// The drive column.

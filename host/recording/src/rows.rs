@@ -35,6 +35,9 @@ pub(super) fn standard_names(recording: &Recording) -> Vec<&'static str> {
     if !recording.temperature_c.is_empty() {
         names.push("temperature_c");
     }
+    if !recording.pose.is_empty() {
+        names.extend(["x_m", "y_m", "yaw_rad"]);
+    }
     names
 }
 
@@ -57,6 +60,7 @@ pub(super) fn check_rectangular(
         recording.adc_second.len(),
         recording.current_a.len(),
         recording.temperature_c.len(),
+        recording.pose.len(),
     ];
     let even = recording.enable.len() == n
         && drive == n
@@ -96,5 +100,8 @@ pub(super) fn standard_cells(recording: &Recording, row: usize, cells: &mut Vec<
     }
     if let Some(&temperature) = recording.temperature_c.get(row) {
         cells.push(temperature.into());
+    }
+    if let Some(pose) = recording.pose.get(row) {
+        cells.extend((0..3).map(|axis| Cell::from(pose.map(|pose| pose[axis]))));
     }
 }

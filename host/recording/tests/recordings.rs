@@ -57,6 +57,9 @@ fn awkward(samples: usize, adc: bool) -> Recording {
         supply_v: (0..samples).map(|i| 5.0 + 1e-17 * i as f64).collect(),
         current_a: (0..samples).map(|i| (i % 3 != 0).then_some(0.1 / 3.0)).collect(),
         temperature_c: (0..samples).map(|i| (i % 1000 == 0).then_some(21.7)).collect(),
+        pose: (0..samples)
+            .map(|i| (i % 7 != 3).then(|| [1e-3 * i as f64, -2e-3 * i as f64, 0.01 * i as f64]))
+            .collect(),
     }
 }
 

@@ -8,7 +8,6 @@ use robot_file::robot::Robot;
 
 use super::blow_up::{BlowUp, blow_up};
 use super::world::World;
-use recording::ExtraColumn;
 
 /// Snapshots that are kept of a run at most, about 150 MB of a robot of four modules: a minute at 1 kHz. Of a longer run
 /// every second one is kept, or every third, and so on.
@@ -107,17 +106,10 @@ impl World for OnGround {
 }
 
 impl Walk {
-    /// The columns of the exchange format that a recording of this walk has beside the shaft's.
+    /// The pose at every row of a recording of this walk.
     #[must_use]
-    pub fn columns(&self) -> Vec<ExtraColumn> {
+    pub fn poses_of_rows(&self) -> Vec<Option<[f64; 3]>> {
         // The pose after the last tick has no row.
-        let rows = &self.poses[..self.poses.len().saturating_sub(1)];
-        let names = ["x_m", "y_m", "yaw_rad"].into_iter().enumerate();
-        names
-            .map(|(axis, name)| ExtraColumn {
-                name: name.to_owned(),
-                values: rows.iter().map(|pose| Some(pose[axis])).collect(),
-            })
-            .collect()
+        self.poses[..self.poses.len().saturating_sub(1)].iter().copied().map(Some).collect()
     }
 }

@@ -1,13 +1,13 @@
 //! Recordings of `scram sim`, diagnosed with the file that they were simulated from.
 //!
-//! `cargo own-recordings` runs 60 sets with nothing missing, 30 with one listed effect taken out of the file, and 30 that no
+//! `cargo own-recordings` runs 60 sets with nothing missing, 20 of the robot on the ground, 30 with one listed effect taken out of the file, and 30 that no
 //! diagnosis can tell until the experiment that it designs is run. Exit code 0: every bar is reached, 1: one is missed or it
 //! could not be done, 2: wrong usage.
 
 use std::process::ExitCode;
 
 use clap::Parser;
-use system_tests::own::{Outcome, PairOutcome, examine, examine_pair, sets};
+use system_tests::own::{Outcome, PairOutcome, Set, examine, examine_pair, sets, walks};
 use system_tests::seeds;
 
 /// Diagnose the simulator's own recordings with their own file.
@@ -15,13 +15,16 @@ use system_tests::seeds;
 #[command(after_help = "Examples:
   cargo own-recordings                    every set, as the long campaign has them
   cargo own-recordings --release-seeds    the same on seeds from the operating system's entropy, printed first
-  cargo own-recordings --nothing 12 --missing 2 --pairs 2 --show-missing    what every change must pass
+  cargo own-recordings --nothing 12 --walks 2 --missing 2 --pairs 2 --show-missing    what every change must pass
 
 Exit codes: 0 every bar is reached, 1 one is missed or it could not be done, 2 wrong usage.")]
 struct Arguments {
     /// Sets with the simulator's own file
     #[arg(long, default_value_t = 60)]
     nothing: usize,
+    /// Sets of the robot on the ground with its own file
+    #[arg(long, default_value_t = 20)]
+    walks: usize,
     /// Sets with one effect taken out of the file
     #[arg(long, default_value_t = 30)]
     missing: usize,
@@ -53,9 +56,8 @@ fn main() -> ExitCode {
         }
     };
     println!("seeds from {seed}");
-    let examined = |count: usize, missing: bool| -> Vec<Outcome> {
-        sets(count, seed, missing)
-            .into_iter()
+    let examined = |sets: Vec<Set>| -> Vec<Outcome> {
+        sets.into_iter()
             .filter(|set| arguments.only.is_empty() || arguments.only.contains(&set.seed))
             .map(|set| {
                 let outcome = examine(set);
@@ -79,9 +81,11 @@ fn main() -> ExitCode {
         );
         reached &= passed;
     };
-    let nothing = examined(arguments.nothing, false);
+    let nothing = examined(sets(arguments.nothing, seed, false));
     bar("nothing is missing", &nothing, Some(nothing.len() * 2 / 60));
-    let missing = examined(arguments.missing, true);
+    let on_ground = examined(walks(arguments.walks, seed));
+    bar("nothing is missing on the ground", &on_ground, Some(0));
+    let missing = examined(sets(arguments.missing, seed, true));
     bar("an effect is missing", &missing, (!arguments.show_missing).then_some(missing.len() * 3 / 30));
     if arguments.pairs > 0 {
         let outcomes: Vec<PairOutcome> = (0..arguments.pairs as u64)

@@ -11,4 +11,4 @@ mod set;
 
 pub use drives::KINDS;
 pub use pairs::{PairOutcome, examine_pair};
-pub use set::{Expected, Outcome, Set, examine, sets};
+pub use set::{Expected, Outcome, Set, examine, sets, walks};

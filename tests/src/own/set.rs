@@ -9,7 +9,7 @@ use hal_sim::Settings;
 use rayon::prelude::*;
 use recording::Recording;
 use robot_file::robot::{Correction, Robot, Sensor};
-use simulation::{Drive, DriveCommand, Plan, recording, run};
+use simulation::{Drive, DriveCommand, Plan, recording, run, run_on_ground};
 
 use super::drives::{KINDS, RUN_S, drive};
 use crate::blind::score::LARGEST_CLASS;
@@ -38,6 +38,8 @@ pub struct Set {
     pub robot: &'static str,
     /// The file has the correction that a calibration run of this specimen gives.
     pub calibrated: bool,
+    /// It walks on the ground; else it is its shaft alone on a bench.
+    pub on_ground: bool,
     /// First kind of its runs.
     pub first_kind: usize,
     /// What should be said.
@@ -89,8 +91,9 @@ impl Outcome {
     /// One line.
     #[must_use]
     pub fn line(&self) -> String {
-        let Set { seed, robot, calibrated, first_kind, expected } = self.set;
+        let Set { seed, robot, calibrated, on_ground, first_kind, expected } = self.set;
         let calibrated = if calibrated { ", calibrated" } else { "" };
+        let on_ground = if on_ground { ", on the ground" } else { "" };
         let said = match &self.said {
             Ok(said) => {
                 let names: Vec<String> =
@@ -109,7 +112,7 @@ impl Outcome {
         };
         let mark = if self.right() { "ok  " } else { "MISS" };
         format!(
-            "{mark} seed {seed} {robot}{calibrated} drives {first_kind}: {expected:?}: {said} ({:.1} s)",
+            "{mark} seed {seed} {robot}{calibrated}{on_ground} drives {first_kind}: {expected:?}: {said} ({:.1} s)",
             self.seconds
         )
     }
@@ -132,9 +135,23 @@ pub fn sets(count: usize, seed: u64, missing: bool) -> Vec<Set> {
         .map(|i| {
             let (robot, calibrated) = (robots[i % 2], i / 2 % 2 == 1);
             let expected = if missing { Expected::Missing(taken_out(i / 4, calibrated)) } else { Expected::Nothing };
-            Set { seed: seed + i as u64, robot, calibrated, first_kind: (i * 5) % KINDS, expected }
+            Set { seed: seed + i as u64, robot, calibrated, on_ground: false, first_kind: (i * 5) % KINDS, expected }
         })
         .collect()
+}
+
+/// Sets of walks of `robot.toml`, calibrated or not in turn, with nothing missing.
+#[must_use]
+pub fn walks(count: usize, seed: u64) -> Vec<Set> {
+    let one = |i: usize| Set {
+        seed: seed + i as u64,
+        robot: "robot.toml",
+        calibrated: i % 2 == 1,
+        on_ground: true,
+        first_kind: (i * 5) % KINDS,
+        expected: Expected::Nothing,
+    };
+    (0..count).map(one).collect()
 }
 
 /// Which effect is taken out: of those that the files list and that such runs show. A calibrated file's correction has the
@@ -164,8 +181,11 @@ pub fn examine(set: Set) -> Outcome {
     if matches!(set.expected, Expected::Missing(id) if id.name() == SensorNonlinearity::SPEC.name) {
         state_nonlinearity(&mut robot, set.seed);
     }
-    let runs: Vec<Recording> =
-        (0..RUNS.0).into_par_iter().map(|i| simulate(&robot, set.seed, drive(set.first_kind + i * 5, top))).collect();
+    let record = |i: usize| {
+        let drive = drive(set.first_kind + i * 5, top);
+        if set.on_ground { walk(&robot, set.seed, drive) } else { simulate(&robot, set.seed, drive) }
+    };
+    let runs: Vec<Recording> = (0..RUNS.0).into_par_iter().map(record).collect();
     if let Expected::Missing(id) = set.expected {
         assert!(robot.effects.remove(id.name()), "{} does not list {}", set.robot, id.name());
     }
@@ -193,6 +213,13 @@ fn simulate(robot: &Robot, seed: u64, drive: Drive) -> Recording {
     let plan = Plan { drive, seconds: RUN_S, faults: Vec::new() };
     let trace = run(robot, seed, &Settings::default(), &plan).unwrap_or_else(|error| panic!("{error}"));
     recording(&trace, robot)
+}
+
+fn walk(robot: &Robot, seed: u64, drive: Drive) -> Recording {
+    let plan = Plan { drive, seconds: RUN_S, faults: Vec::new() };
+    let (trace, walk) =
+        run_on_ground(robot, seed, &Settings::default(), &plan).unwrap_or_else(|error| panic!("{error}"));
+    Recording { pose: walk.poses_of_rows(), ..recording(&trace, robot) }
 }
 
 /// The correction that a calibration run of the specimen gives, as `scram identify potentiometer` does; `None` where it

@@ -264,6 +264,7 @@ pub(super) fn convert(table: &Table, mapping: &Mapping, options: &ReadOptions) -
             adc_second: None,
             current_a: value(&current, row),
             temperature_c: value(&temperature, row),
+            pose: [None; 3],
         };
         builder
             .push(table.rows[row], &values)

@@ -269,9 +269,9 @@ impl Run {
 
     fn write(&self, ran: &Ran, robot: &robot_file::Robot, title: &str, out: &Path) -> Result<Vec<PathBuf>, Report> {
         let (trace, walk) = (&ran.trace, ran.walk.as_ref());
-        let recording = simulation::recording(trace, robot);
-        let mut extra = simulation::extra_columns(trace);
-        extra.extend(walk.into_iter().flat_map(Walk::columns));
+        let mut recording = simulation::recording(trace, robot);
+        recording.pose = walk.map_or_else(Vec::new, Walk::poses_of_rows);
+        let extra = simulation::extra_columns(trace);
         let log = simulation::run_log(trace, robot);
         let metadata = Metadata {
             robot: Some(robot.name.clone()),
