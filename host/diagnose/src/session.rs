@@ -308,7 +308,12 @@ impl Session {
     /// What fits are made to.
     #[must_use]
     pub fn data(&self) -> Data<'_> {
-        Data { tracks: &self.fit, sigma: self.fit_noise.sqrt(), sigma_current: self.sigma_current }
+        Data {
+            tracks: &self.fit,
+            sigma: self.fit_noise.sqrt(),
+            sigma_current: self.sigma_current,
+            far_off: fit::FAR_OFF,
+        }
     }
 
     /// Sets a third of the fit rollouts apart, or fewer where those are enough.
