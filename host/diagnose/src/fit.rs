@@ -420,7 +420,7 @@ pub fn squares(data: &Data, rolled: &[Rolled]) -> f64 {
     sum
 }
 
-/// Where a diagnosis takes a rollout for one that is far off, see [`Data::far_off`].
+/// A rollout is far off beyond so many times what the refitted model usually leaves of one (mean square), or the noise.
 pub const FAR_OFF: f64 = 16.0;
 
 /// What the sum of squares of a rollout counts: of one that is beyond a bound it is its root that grows, as with Huber's

@@ -140,7 +140,8 @@ impl<'a> Inquiry<'a> {
                 self.second(&mut found, named, &effects);
             }
         }
-        if found.decision.verdict == Verdict::Nothing {
+        let names_none = found.decision.named().is_none();
+        if names_none {
             found.odd_runs = odd_runs::of(&found.session, &found.baseline);
             if found.odd_runs.is_some() {
                 found.decision.verdict = Verdict::Unexplained;

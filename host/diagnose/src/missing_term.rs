@@ -7,7 +7,6 @@
 use nalgebra::DVector;
 
 use super::curves::{self, EstimatedCurve};
-use super::fit::Data;
 use super::fit::WIDE;
 use super::probe::{Follows, Moment, Probe};
 use super::search::Candidate;
@@ -20,9 +19,7 @@ const POINTS: usize = 61;
 /// The curves about the refitted model that are more than an accident, the most promising first.
 #[must_use]
 pub fn of(session: &Session, refitted: &Candidate, covered: &[MisfitCurve], seed: u64) -> Vec<MissingTerm> {
-    // All of the misfit is drawn, that of the rollouts that are far off too.
-    let data = Data { far_off: f64::INFINITY, ..session.data() };
-    let mut curves = curves::estimate(&session.model, &data, &refitted.fit, seed);
+    let mut curves = curves::estimate(&session.model, &session.data(), &refitted.fit, seed);
     curves.sort_by(|a, b| b.screened.beyond_accident().total_cmp(&a.screened.beyond_accident()));
     curves.iter().flat_map(|curve| kinds(curve.follows).iter().filter_map(|kind| term(curve, *kind, covered))).collect()
 }

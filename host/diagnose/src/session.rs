@@ -17,6 +17,8 @@ use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
 use recording::Recording;
 
+/// Times that the refitted model and what is far off from it settle each other.
+const SETTLES: usize = 2;
 /// Times that shaft and body are followed in turns: neither needs the other to be good.
 const SHAKES: usize = 5;
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
@@ -234,12 +236,27 @@ impl Session {
         fit = fit::fit(&self.model, &self.data(), fit, Until::settled(6, 1e-3));
         self.fit_noise = self.measure(&fit, true);
         self.trust_current(&fit);
-        fit = fit::fit(&self.model, &self.data(), fit, Until::settled(25, 1e-5));
+        for _ in 0..SETTLES {
+            let far_off = fit::FAR_OFF * self.usual_square(&fit).max(1.0);
+            fit = fit::fit(&self.model, &Data { far_off, ..self.data() }, fit, Until::settled(25, 1e-5));
+        }
         let starts = self.guesses[0].clone();
         self.guesses.push(starts);
         self.noise = self.measure(&fit, false);
         self.thin();
         fit
+    }
+
+    /// What a fit usually leaves of a rollout that it was made to: the median mean square, in units of the noise.
+    fn usual_square(&self, fit: &Fit) -> f64 {
+        let rolled = fit::roll_all(&self.model, &self.data(), fit);
+        let of_track = |(track, rolled): (&Track, &Rolled)| {
+            let errors = rollout::squared_errors(track, &rolled.readings);
+            let own = |(segment, square): (&Segment, f64)| square / track.read(segment) / self.fit_noise;
+            track.segments.iter().zip(errors).map(own).collect::<Vec<f64>>()
+        };
+        let mut squares: Vec<f64> = self.fit.iter().zip(&rolled).flat_map(of_track).collect();
+        common::median(&mut squares).unwrap_or(1.0)
     }
 
     /// The current is trusted as far as the refitted model agrees with it, and a third of that: what is wrong with it
@@ -312,7 +329,7 @@ impl Session {
             tracks: &self.fit,
             sigma: self.fit_noise.sqrt(),
             sigma_current: self.sigma_current,
-            far_off: fit::FAR_OFF,
+            far_off: f64::INFINITY,
         }
     }
 
