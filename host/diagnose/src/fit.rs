@@ -25,9 +25,6 @@ pub struct Data<'a> {
     pub sigma: f64,
     /// Standard deviation of the current reading, A; `None` where it is not fitted to.
     pub sigma_current: Option<f64>,
-    /// A rollout that leaves more than this (mean square, in units of sigma²) is far off, and its root counts; with no end all
-    /// squares do.
-    pub far_off: f64,
 }
 
 /// Standard deviation, in a fit's coordinates, of numbers of which nothing is known: an interval reaches to the bounds.
@@ -403,36 +400,17 @@ fn cost(data: &Data, fit: &Fit, rolled: &[Rolled]) -> f64 {
     if cost.is_finite() { cost } else { f64::INFINITY }
 }
 
-/// Sum of squares of what rollouts leave, in units of sigma², of a rollout that is far off its [`robust_square`].
+/// Sum of squares of what rollouts leave, in units of sigma².
 #[must_use]
 pub fn squares(data: &Data, rolled: &[Rolled]) -> f64 {
     let mut sum = 0.0;
     for (track, rolled) in data.tracks.iter().zip(rolled) {
-        let errors = rollout::squared_errors(track, &rolled.readings);
-        let own = |(segment, square): (&Segment, f64)| {
-            robust_square(square / data.sigma.powi(2), data.far_off * track.read(segment))
-        };
-        sum += track.segments.iter().zip(errors).map(own).sum::<f64>();
+        sum += rollout::squared_errors(track, &rolled.readings).iter().sum::<f64>() / data.sigma.powi(2);
         if let (Some(sigma), false) = (data.sigma_current, rolled.currents.is_empty()) {
             sum += current_residuals(track, rolled).map(|(_, r)| (r / sigma).powi(2)).sum::<f64>();
         }
     }
     sum
-}
-
-/// A rollout is far off beyond so many times what the refitted model usually leaves of one (mean square), or the noise.
-pub const FAR_OFF: f64 = 16.0;
-
-/// What the sum of squares of a rollout counts: of one that is beyond a bound it is its root that grows, as with Huber's
-/// loss (P. J. Huber, "Robust estimation of a location parameter", Annals of Mathematical Statistics 35, 1964) on the rollout's error as
-/// a whole. A few rollouts in which the model lacks something would otherwise drive its numbers away from where all others have them.
-fn robust_square(square: f64, bound: f64) -> f64 {
-    if square <= bound { square } else { 2.0 * (bound * square).sqrt() - bound }
-}
-
-/// The slope of [`robust_square`]: the weight of a rollout's squares in the normal equations.
-fn robust_weight(square: f64, bound: f64) -> f64 {
-    (bound / square.max(1e-300)).sqrt().min(1.0)
 }
 
 /// A plant with one number moved, and by how much; `None` for a number that is held.
@@ -602,9 +580,7 @@ fn rows(
 ) -> DMatrix<f64> {
     let width = columns.len() + 1;
     let mut rows = Vec::with_capacity(places.len() * width);
-    let left = |(k, place): (usize, usize)| residual(track, segment, k, rolled.readings[place]) / data.sigma;
-    let square: f64 = (segment.first..segment.last).zip(places.clone()).map(|at| left(at).powi(2)).sum();
-    let weight = robust_weight(square, data.far_off * track.read(segment)).sqrt() / data.sigma;
+    let weight = 1.0 / data.sigma;
     for (k, place) in (segment.first..segment.last).zip(places) {
         if track.weight[k] > 0.0 {
             rows.extend(columns.iter().map(|column| column.0[place] * weight));
@@ -760,20 +736,4 @@ fn residuals(data: &Data) -> f64 {
     let angles: f64 = data.tracks.iter().map(Track::readings).sum();
     let currents = data.tracks.iter().filter(|track| with_current(data, track));
     (angles + currents.map(|track| count_of_currents(track) as f64).sum::<f64>()).max(1.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn far_off_rollouts_count_by_their_root_and_the_weight_is_the_slope() {
-        let bound = 50.0 * FAR_OFF;
-        for square in [0.0, 0.5 * bound, bound, 2.0 * bound, 100.0 * bound] {
-            let slope = (robust_square(square + 1e-3, bound) - robust_square(square, bound)) / 1e-3;
-            assert!((slope - robust_weight(square, bound)).abs() < 1e-5, "{slope} at {square}");
-        }
-        assert_eq!(robust_square(0.5 * bound, bound), 0.5 * bound);
-        assert!((robust_square(100.0 * bound, bound) - 19.0 * bound).abs() < 1e-9);
-    }
 }

@@ -1,6 +1,7 @@
 //! One diagnosis at work: the runs made ready, the noise floor, and fits and judgements of models on them.
 
 use std::ops::Range;
+use std::path::Path;
 
 use effects::{Effect, GravityTilt, Id};
 use rayon::prelude::*;
@@ -17,8 +18,6 @@ use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
 use recording::Recording;
 
-/// Times that the refitted model and what is far off from it settle each other.
-const SETTLES: usize = 2;
 /// Times that shaft and body are followed in turns: neither needs the other to be good.
 const SHAKES: usize = 5;
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
@@ -94,6 +93,19 @@ impl Evaluation {
     }
 }
 
+/// Files of one name, as every simulated run has, are called by their directories too.
+fn name_apart<'a>(runs: impl Iterator<Item = (&'a mut Track, &'a Recording)>) {
+    let mut runs: Vec<(&mut Track, &Recording)> = runs.collect();
+    let names: Vec<String> = runs.iter().map(|(track, _)| track.name.clone()).collect();
+    for (track, recording) in &mut runs {
+        let is_shared = names.iter().filter(|name| **name == track.name).count() > 1;
+        let directory = recording.path.parent().and_then(Path::file_name);
+        if let (true, Some(directory)) = (is_shared, directory) {
+            track.name = format!("{}/{}", directory.to_string_lossy(), track.name);
+        }
+    }
+}
+
 impl Session {
     /// Makes runs ready, refits the file's own numbers, and measures the floor.
     pub fn open(
@@ -135,6 +147,7 @@ impl Session {
             coarse: Vec::new(),
             coarse_segments: Vec::new(),
         };
+        name_apart(session.fit.iter_mut().chain(&mut session.held_out).zip(fit.iter().chain(held_out)));
         session.cut(options)?;
         let has_arc = session.fit.iter().chain(&session.held_out).any(|track| track.has_blind_arc);
         session.arc = BlindArc::of(robot).filter(|_| has_arc).map(|arc| ArcRead {
@@ -236,27 +249,12 @@ impl Session {
         fit = fit::fit(&self.model, &self.data(), fit, Until::settled(6, 1e-3));
         self.fit_noise = self.measure(&fit, true);
         self.trust_current(&fit);
-        for _ in 0..SETTLES {
-            let far_off = fit::FAR_OFF * self.usual_square(&fit).max(1.0);
-            fit = fit::fit(&self.model, &Data { far_off, ..self.data() }, fit, Until::settled(25, 1e-5));
-        }
+        fit = fit::fit(&self.model, &self.data(), fit, Until::settled(25, 1e-5));
         let starts = self.guesses[0].clone();
         self.guesses.push(starts);
         self.noise = self.measure(&fit, false);
         self.thin();
         fit
-    }
-
-    /// What a fit usually leaves of a rollout that it was made to: the median mean square, in units of the noise.
-    fn usual_square(&self, fit: &Fit) -> f64 {
-        let rolled = fit::roll_all(&self.model, &self.data(), fit);
-        let of_track = |(track, rolled): (&Track, &Rolled)| {
-            let errors = rollout::squared_errors(track, &rolled.readings);
-            let own = |(segment, square): (&Segment, f64)| square / track.read(segment) / self.fit_noise;
-            track.segments.iter().zip(errors).map(own).collect::<Vec<f64>>()
-        };
-        let mut squares: Vec<f64> = self.fit.iter().zip(&rolled).flat_map(of_track).collect();
-        common::median(&mut squares).unwrap_or(1.0)
     }
 
     /// The current is trusted as far as the refitted model agrees with it, and a third of that: what is wrong with it
@@ -325,12 +323,7 @@ impl Session {
     /// What fits are made to.
     #[must_use]
     pub fn data(&self) -> Data<'_> {
-        Data {
-            tracks: &self.fit,
-            sigma: self.fit_noise.sqrt(),
-            sigma_current: self.sigma_current,
-            far_off: f64::INFINITY,
-        }
+        Data { tracks: &self.fit, sigma: self.fit_noise.sqrt(), sigma_current: self.sigma_current }
     }
 
     /// Sets a third of the fit rollouts apart, or fewer where those are enough.
@@ -504,4 +497,23 @@ fn floor_of(tracks: &[Track], scatters: &[Scatter]) -> f64 {
         .collect();
     let usual = common::median(&mut readings).unwrap_or(0.0);
     Scatter::of_rollouts(scatters, usual as usize).max(LEAST_NOISE * LEAST_NOISE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{Rig, bench};
+    use super::*;
+
+    #[test]
+    fn runs_of_one_file_name_are_called_by_their_directories() {
+        let recorded = Rig::off().run(1, 1, 1.0);
+        let paths = ["a/run.mcap", "b/run.mcap", "c/other.csv"];
+        let recordings: Vec<Recording> =
+            paths.iter().map(|path| Recording { path: path.into(), ..recorded.clone() }).collect();
+        let mut tracks: Vec<Track> =
+            recordings.iter().enumerate().map(|(i, one)| Track::new(&bench(), one, i).unwrap()).collect();
+        name_apart(tracks.iter_mut().zip(&recordings));
+        let names: Vec<&str> = tracks.iter().map(|track| track.name.as_str()).collect();
+        assert_eq!(names, ["a/run", "b/run", "other"]);
+    }
 }

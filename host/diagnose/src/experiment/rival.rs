@@ -139,7 +139,7 @@ impl Rival {
         let tracks = [track];
         let mut fit = Fit::begin(&self.model, &[], 0, starts);
         let _ = rollout::refine_all(&self.plant, &tracks, &mut fit.starts, &[], 2);
-        let data = Data { tracks: &tracks, sigma: self.sigma, sigma_current: None, far_off: f64::INFINITY };
+        let data = Data { tracks: &tracks, sigma: self.sigma, sigma_current: None };
         let fit = fit::fit(&self.model, &data, fit, Until::settled(rounds, 1e-3));
         (1.0 + fit.cost / readings.max(1.0)).sqrt()
     }

@@ -88,7 +88,7 @@ fn fitted(effect: &str, plain: &Robot, runs: &[Recording]) -> Vec<FittedParamete
     let mut model = FileModel::new(plain);
     model.free.clear();
     let tracks: Vec<Track> = runs.iter().enumerate().map(|(i, run)| Track::new(plain, run, i).unwrap()).collect();
-    let data = Data { tracks: &tracks, sigma: NOISE, sigma_current: None, far_off: f64::INFINITY };
+    let data = Data { tracks: &tracks, sigma: NOISE, sigma_current: None };
     let starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();
     let begin = |start| {
         let mut begun = Fit::begin(&model, &[id], start, starts.clone());
@@ -108,7 +108,7 @@ fn a_model_that_is_wrong_keeps_its_numbers_where_the_file_has_them() {
     let tracks = [Track::new(&plain, &run(&with, 0), 0).unwrap()];
     let starts = vec![guess(&tracks[0], 0.02)];
     for sigma in [NOISE, 1e-3 * NOISE] {
-        let data = Data { tracks: &tracks, sigma, sigma_current: None, far_off: f64::INFINITY };
+        let data = Data { tracks: &tracks, sigma, sigma_current: None };
         let found = fit(&model, &data, Fit::begin(&model, &[], 0, starts.clone()), Until::settled(25, 1e-5));
         assert!(misfit(&data, found.cost) > 10.0, "friction leaves more than noise");
         assert!(!found.strayed(), "{:?} with {sigma} rad", found.coordinates);
