@@ -22,6 +22,10 @@ use recording::Recording;
 const SHAKES: usize = 5;
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
 const MOST_ROLLOUTS: usize = 1500;
+/// They are followed for this long in all at most, s: slowly sampled runs have long rollouts.
+const MOST_FOLLOWED_S: f64 = 1000.0;
+/// Readings further apart than this, s, and than this many of the file's time constants, follow no shaft.
+const SLOWEST_READINGS: (f64, f64) = (0.1, 2.0);
 /// A noise estimate below this is no noise but a recording of a simulation; the floor stays above it, rad.
 const LEAST_NOISE: f64 = 1e-6;
 
@@ -148,6 +152,7 @@ impl Session {
             coarse_segments: Vec::new(),
         };
         name_apart(session.fit.iter_mut().chain(&mut session.held_out).zip(fit.iter().chain(held_out)));
+        session.check_sampling()?;
         session.cut(options)?;
         let has_arc = session.fit.iter().chain(&session.held_out).any(|track| track.has_blind_arc);
         session.arc = BlindArc::of(robot).filter(|_| has_arc).map(|arc| ArcRead {
@@ -166,6 +171,23 @@ impl Session {
             baseline = session.settle(&baseline);
         }
         Ok((session, baseline))
+    }
+
+    /// Refuses runs whose readings say nothing of how the shaft moves in between.
+    fn check_sampling(&self) -> Result<(), DiagnoseError> {
+        let (least, time_constant_s) = (SLOWEST_READINGS.0, self.model.time_constant_s);
+        let slowest = least.max(SLOWEST_READINGS.1 * time_constant_s);
+        let Some(slow) = self.fit.iter().chain(&self.held_out).find(|track| track.usual_step() > slowest) else {
+            return Ok(());
+        };
+        Err(DiagnoseError::Recording {
+            run: slow.name.clone(),
+            problem: format!(
+                "its readings are {:.2} s apart, and the robot file's shaft takes up its speed in {time_constant_s:.3} s",
+                slow.usual_step()
+            ),
+            help: "t_s is in seconds: is the file's in ms? Record at least ten readings in each 0.1 s".to_owned(),
+        })
     }
 
     /// Works out how the body pulls at the shaft where a fit has that.
@@ -216,8 +238,9 @@ impl Session {
         let all = || self.fit.iter().chain(&self.held_out);
         let usual = all().map(Track::usual_step).fold(0.0, f64::max);
         self.horizon_s = options.horizon_s.unwrap_or_else(|| self.model.usual_horizon(usual));
+        let most_rollouts = MOST_ROLLOUTS.min((MOST_FOLLOWED_S / self.horizon_s) as usize);
         for tracks in [&mut self.fit, &mut self.held_out] {
-            let most_segments = (MOST_ROLLOUTS / tracks.len()).max(10);
+            let most_segments = (most_rollouts / tracks.len()).max(10);
             for track in tracks.iter_mut() {
                 track.cut(Cut { horizon_s: self.horizon_s, most_segments });
             }

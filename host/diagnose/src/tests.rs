@@ -613,3 +613,18 @@ fn a_file_with_another_supply_is_doubted_although_its_numbers_can_be_refitted() 
     assert!(doubted.causes.is_empty(), "{:?}", doubted.causes);
     assert!(doubted.rig_doubts[0].mend.contains("supply.rail_v"), "{:?}", doubted.rig_doubts);
 }
+
+#[test]
+fn readings_too_far_apart_to_follow_the_shaft_are_refused_with_the_mend() {
+    let runs: Vec<Recording> = Rig::off()
+        .runs(5)
+        .into_iter()
+        .map(|run| Recording { t_s: run.t_s.iter().map(|t| 1e3 * t).collect(), ..run })
+        .collect();
+    match diagnose(&bench(), &runs[..4], &runs[4..], &Options::default()) {
+        Err(DiagnoseError::Recording { problem, help, .. }) => {
+            assert!(problem.contains("apart") && help.contains("time=COLUMN:ms"), "{problem}; {help}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
