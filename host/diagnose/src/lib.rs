@@ -1,5 +1,4 @@
-//! Diagnosis: what the simulation gets wrong about a measured robot, and the name of the cause; and [`identify`], parameters
-//! from recordings.
+//! Diagnosis: what the simulation gets wrong about a measured robot, and the name of the cause.
 //!
 //! Order of work: the numbers of the file's model are refitted first, so that a wrong number is not called a wrong
 //! model; each effect of the catalogue that the file lacks is then fitted jointly with them; all are judged by free
@@ -52,7 +51,6 @@ mod extend;
 mod fit;
 mod floor;
 mod ground;
-pub mod identify;
 mod inquiry;
 mod map;
 mod memory;

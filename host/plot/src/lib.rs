@@ -24,8 +24,9 @@
 //! * Its pages load nothing: style sheets, scripts and fonts are in them or the reader's own.
 
 pub mod figures;
-mod identify;
+mod oscillation;
 mod panel;
+mod potentiometer;
 pub mod report;
 mod run;
 mod timeline;
@@ -33,8 +34,9 @@ mod title;
 pub mod view;
 mod walk;
 
-pub use identify::residual_svg;
+pub use oscillation::oscillation_svg;
 pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
+pub use potentiometer::residual_svg;
 pub use run::{PLOT_NAMES, plots};
 pub use timeline::{Mark, Span, Strip, Timeline};
 pub use title::under_title;

@@ -285,7 +285,7 @@ fn the_robot_file_that_was_read_is_never_written_over() {
 #[test]
 fn help_has_an_example_for_every_subcommand() {
     let directory = temporary();
-    for command in ["sim", "design", "identify potentiometer", "diagnose"] {
+    for command in ["sim", "design", "identify potentiometer", "identify backbone", "diagnose"] {
         let help = succeeds(directory.path(), &format!("{command} --help"));
         for part in ["Example", "--json", "--seed", "--robot", "--out"] {
             assert!(help.contains(part), "{command}: no {part}");

@@ -2,6 +2,7 @@
 //! clock. `body_figures` (the binary) prints them all; `tests/tests/body_small.rs` runs what is quick.
 
 pub mod air;
+pub mod backbone;
 pub mod bits;
 pub mod convergence;
 pub mod corrected;
@@ -57,16 +58,19 @@ impl PeerSetup {
 }
 
 /// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
-pub const SLOW: [&str; 6] = ["same-law", "corrected", "rate", "equal-error", "sweep", "instructions"];
+pub const SLOW: [&str; 7] =
+    ["hundred-backbones", "same-law", "corrected", "rate", "equal-error", "sweep", "instructions"];
 
 /// One campaign: its name, and what makes its rows.
 pub type Campaign = (&'static str, fn(&PeerSetup) -> Vec<FigureRow>);
 
 /// Every campaign with its name for `--only`.
-pub const CAMPAIGNS: [Campaign; 17] = [
+pub const CAMPAIGNS: [Campaign; 19] = [
     ("oscillation", oscillation::rows),
     ("paths", paths::rows),
     ("air", air::rows),
+    ("six-backbones", backbone::quick_rows),
+    ("hundred-backbones", backbone::rows),
     ("law-of-the-feet", own_law::quick_rows),
     ("same-law", own_law::rows),
     ("speeds", walking::rows),

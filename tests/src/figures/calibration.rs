@@ -32,7 +32,7 @@ pub fn calibrate(bench: &DesignedRobot, seed: u64) -> Option<(Robot, Correction)
         seed,
         &plan(DriveCommand::Duty { duty: CALIBRATION_DUTY }, CALIBRATION_S),
     );
-    let fit = diagnose::identify::potentiometer(&bench.robot, &recording(&run, &bench.robot)).ok()?;
+    let fit = identify::potentiometer::potentiometer(&bench.robot, &recording(&run, &bench.robot)).ok()?;
     let correction = fit.correction;
     let mut robot = bench.robot.clone();
     if let Sensor::Potentiometer(potentiometer) = &mut robot.sensor {

@@ -226,5 +226,5 @@ fn walk(robot: &Robot, seed: u64, drive: Drive) -> Recording {
 /// refuses the run.
 fn correction(robot: &Robot, seed: u64) -> Option<Correction> {
     let run = simulate(robot, seed, Drive::constant(DriveCommand::Duty { duty: 0.95 }));
-    diagnose::identify::potentiometer(robot, &run).ok().map(|fit| fit.correction)
+    identify::potentiometer::potentiometer(robot, &run).ok().map(|fit| fit.correction)
 }

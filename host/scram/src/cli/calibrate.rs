@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
+use ::identify::potentiometer::{PotentiometerError, PotentiometerFit, potentiometer, require_potentiometer};
 use clap::Args;
 use control::protocol::dongle::Address;
-use diagnose::identify::{IdentifyError, PotentiometerFit, potentiometer, require_potentiometer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use link::{LinkError, Recorder, RobotId, SerialLine, Session, Spin};
 use miette::{IntoDiagnostic, Report, WrapErr, miette};
@@ -189,7 +189,7 @@ impl Calibrate {
     ) -> Done {
         let files = CALIBRATED.fill(&self.common.out, self.overwrite, |out| {
             let title = format!("{} at {}, run.mcap", robot.name, link::address(&address));
-            let mut files = identify::save(&self.common, fit, &title, out)?.to_vec();
+            let mut files = identify::potentiometer::save(&self.common, fit, &title, out)?.to_vec();
             files.extend(save(out, "run", recording, recorder, address, robot)?);
             CALIBRATED.warn_older(out, &files);
             Ok(files)
@@ -199,7 +199,7 @@ impl Calibrate {
             print_json(&Output { fit, address: link::address(&address), ticks, lost_ticks, files: &files })?;
             return Ok(());
         }
-        print(&identify::facts(fit));
+        print(&identify::potentiometer::facts(fit));
         print(&format!("written: {}", listed(&files)));
         print(&format!("flash it: SCRAM_ROBOT={} cargo flash-robot esp32", for_shell(&files[0])));
         Ok(())
@@ -320,33 +320,33 @@ fn losses(session: &mut Session<SerialLine>, robot: RobotId) -> String {
 }
 
 /// What to do at the bench about a recording that gives no correction.
-fn advise(error: &IdentifyError) -> Report {
+fn advise(error: &PotentiometerError) -> Report {
     let help = match error {
-        IdentifyError::NotTurning { .. } => {
+        PotentiometerError::NotTurning { .. } => {
             "did it spin? If not: is the mass free, the motor plugged in, the battery charged? If it did: the \
              potentiometer does not turn with the shaft, or its wiper is not connected"
         }
-        IdentifyError::TooShort { .. } => {
+        PotentiometerError::TooShort { .. } => {
             "it turned too slowly or for too short: charge the battery, free the mass, repeat"
         }
-        IdentifyError::SpeedVaries { .. } => {
+        PotentiometerError::SpeedVaries { .. } => {
             "the supply breaks down or something rubs: charge the battery, let the gearbox run warm, repeat"
         }
-        IdentifyError::RoughTurns { .. } | IdentifyError::Undetermined { .. } => {
+        PotentiometerError::RoughTurns { .. } | PotentiometerError::Undetermined { .. } => {
             "spikes on the wiper or a shaft that is braked now and then: shorten the wiper's wire, keep it away from the \
              motor's, check the mass, repeat"
         }
-        IdentifyError::NoArc { .. } => {
+        PotentiometerError::NoArc { .. } => {
             "is it the potentiometer of the robot file, wired between 3.3 V and ground? Check \
              sensor.electrical_angle_deg and sensor.adc"
         }
-        IdentifyError::NoSecond
-        | IdentifyError::CodeTooLarge { .. }
-        | IdentifyError::NoCodes { .. }
-        | IdentifyError::NoPotentiometer { .. } => {
+        PotentiometerError::NoSecond
+        | PotentiometerError::CodeTooLarge { .. }
+        | PotentiometerError::NoCodes { .. }
+        | PotentiometerError::NoPotentiometer { .. } => {
             "the robot's firmware was built from another robot file: name that one with --robot"
         }
-        IdentifyError::DriveVaries { .. } => "is another computer commanding the same robot? Repeat",
+        PotentiometerError::DriveVaries { .. } => "is another computer commanding the same robot? Repeat",
     };
     miette!(help = help, "{error}")
 }

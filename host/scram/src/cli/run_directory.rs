@@ -38,7 +38,7 @@ pub const IDENTIFIED: Series = Series {
     numbered: "out/identify-NNNN",
     prefix: "identify-",
     latest: "latest-identify",
-    kept: &["robot.toml", "potentiometer.svg"],
+    kept: &["robot.toml", "potentiometer.svg", "backbone.svg", "robot.svg"],
     are: "perhaps what another run found",
 };
 

@@ -7,7 +7,7 @@ use robot_file::robot::{Potentiometer, Quantity, Robot, Sensor};
 
 use super::arc::{self, Reliable, Zero, ZeroSource};
 use super::curve::{self, Curve, Fit};
-use super::error::IdentifyError;
+use super::error::PotentiometerError;
 use super::phase::{self, FEWEST_TURNS, Ramp, Reading};
 use super::summary::{PotentiometerFit, summarise};
 use recording::{AngleReading, Drive, Recording};
@@ -30,7 +30,7 @@ const MOST_DRIVE_RIPPLE: f64 = 0.02;
 /// # Errors
 /// When the file has no potentiometer, or the recording is not one of raw codes at a steady speed over at least five
 /// turns.
-pub fn potentiometer(robot: &Robot, recording: &Recording) -> Result<PotentiometerFit, IdentifyError> {
+pub fn potentiometer(robot: &Robot, recording: &Recording) -> Result<PotentiometerFit, PotentiometerError> {
     let sensor = require_potentiometer(robot)?;
     let converter = AdcCurve::new(&sensor.adc);
     let track = Track::new(sensor);
@@ -47,7 +47,7 @@ pub fn potentiometer(robot: &Robot, recording: &Recording) -> Result<Potentiomet
     if blind < 2.0 * track.half_gap {
         let (blind, gap) = (blind.to_degrees(), 2.0 * track.half_gap.to_degrees());
         let detail = format!("codes fail to follow over {blind:.0}° only, less than the gap of {gap:.0}°");
-        return Err(IdentifyError::NoArc { detail });
+        return Err(PotentiometerError::NoArc { detail });
     }
 
     // The nominal curve says where zero is expected, the gap itself where it is.
@@ -61,12 +61,12 @@ pub fn potentiometer(robot: &Robot, recording: &Recording) -> Result<Potentiomet
 /// The potentiometer of a robot file.
 ///
 /// # Errors
-/// [`IdentifyError::NoPotentiometer`].
-pub fn require_potentiometer(robot: &Robot) -> Result<&Potentiometer, IdentifyError> {
+/// [`PotentiometerError::NoPotentiometer`].
+pub fn require_potentiometer(robot: &Robot) -> Result<&Potentiometer, PotentiometerError> {
     match &robot.sensor {
         Sensor::Potentiometer(sensor) => Ok(sensor),
-        Sensor::Ideal => Err(IdentifyError::NoPotentiometer { kind: "ideal" }),
-        Sensor::Encoder(_) => Err(IdentifyError::NoPotentiometer { kind: "encoder" }),
+        Sensor::Ideal => Err(PotentiometerError::NoPotentiometer { kind: "ideal" }),
+        Sensor::Encoder(_) => Err(PotentiometerError::NoPotentiometer { kind: "encoder" }),
     }
 }
 
@@ -76,10 +76,10 @@ fn readings(
     converter: &AdcCurve,
     track: &Track,
     recording: &Recording,
-) -> Result<Vec<Reading>, IdentifyError> {
+) -> Result<Vec<Reading>, PotentiometerError> {
     let run = || recording.path.display().to_string();
     let AngleReading::Adc(codes) = &recording.angle else {
-        return Err(IdentifyError::NoCodes { run: run(), column: "adc" });
+        return Err(PotentiometerError::NoCodes { run: run(), column: "adc" });
     };
     let top = converter.top_code as u16;
     let straight_from = converter.zero_below_v + 0.05 * sensor.supply_v.value;
@@ -88,7 +88,7 @@ fn readings(
     for (sample, code) in codes.iter().enumerate() {
         let Some(code) = *code else { continue };
         if code > top {
-            return Err(IdentifyError::CodeTooLarge { run: run(), sample, t_s: recording.t_s[sample], code, top });
+            return Err(PotentiometerError::CodeTooLarge { run: run(), sample, t_s: recording.t_s[sample], code, top });
         }
         if !recording.enable.get(sample).copied().unwrap_or(true) {
             continue;
@@ -104,13 +104,13 @@ fn readings(
     }
     if out.len() < 50 {
         let seconds = out.last().map_or(0.0, |last| last.t - out[0].t);
-        return Err(IdentifyError::TooShort { turns: 0.0, seconds, fewest: FEWEST_TURNS });
+        return Err(PotentiometerError::TooShort { turns: 0.0, seconds, fewest: FEWEST_TURNS });
     }
     Ok(out)
 }
 
 /// Refuses a drive that was not constant over the steady stretch.
-fn drive_is_constant(recording: &Recording, ramp: &Ramp) -> Result<(), IdentifyError> {
+fn drive_is_constant(recording: &Recording, ramp: &Ramp) -> Result<(), PotentiometerError> {
     let (column, values) = match &recording.drive {
         Drive::Duty(values) => ("duty", values),
         Drive::Voltage(values) => ("voltage_v", values),
@@ -121,7 +121,7 @@ fn drive_is_constant(recording: &Recording, ramp: &Ramp) -> Result<(), IdentifyE
     let mean = inside.iter().sum::<f64>() / n;
     let spread = (inside.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
     if spread > MOST_DRIVE_RIPPLE * mean.abs() {
-        return Err(IdentifyError::DriveVaries { column, percent: 100.0 * spread / mean.abs().max(1e-9) });
+        return Err(PotentiometerError::DriveVaries { column, percent: 100.0 * spread / mean.abs().max(1e-9) });
     }
     Ok(())
 }
@@ -132,8 +132,8 @@ fn fit_reliable(
     ramp: &Ramp,
     line: &Curve,
     (top_code, nonlinearity): (f64, f64),
-) -> Result<(Fit, Reliable), IdentifyError> {
-    let found = arc::reliable(steady, ramp, top_code).ok_or_else(|| IdentifyError::NoArc {
+) -> Result<(Fit, Reliable), PotentiometerError> {
+    let found = arc::reliable(steady, ramp, top_code).ok_or_else(|| PotentiometerError::NoArc {
         detail: "the codes follow the shaft over less than a third of the turn, or all around it".into(),
     })?;
     let mut reliable = found.shrunk(GUARD, GUARD);
@@ -142,7 +142,7 @@ fn fit_reliable(
     for _ in 0..2 {
         let inside: Vec<Reading> = steady.iter().filter(|r| reliable.contains(ramp.angle(r.t))).copied().collect();
         let fit = curve::fit(&inside, &ramp, line, nonlinearity)
-            .ok_or(IdentifyError::Undetermined { samples: inside.len() })?;
+            .ok_or(PotentiometerError::Undetermined { samples: inside.len() })?;
         let residuals: Vec<(f64, f64)> =
             inside.iter().map(|r| (fit.ramp.angle(r.t), curve::residual(&fit.curve, &fit.ramp, r))).collect();
         // The fit's own gauge is used from here on; it differs by the mean linearity error.
@@ -156,14 +156,14 @@ fn fit_reliable(
         }
         reliable = trimmed;
     }
-    best.ok_or(IdentifyError::Undetermined { samples: steady.len() })
+    best.ok_or(PotentiometerError::Undetermined { samples: steady.len() })
 }
 
 /// Refuses a stretch whose speed drifts far or whose turns come early and late.
-fn speed_is_smooth(steady: &[Reading], fit: &Fit, reliable: Reliable) -> Result<(), IdentifyError> {
+fn speed_is_smooth(steady: &[Reading], fit: &Fit, reliable: Reliable) -> Result<(), PotentiometerError> {
     let (slowest, fastest) = fit.ramp.speed_range();
     if fastest - slowest > MOST_DRIFT * fastest {
-        return Err(IdentifyError::SpeedVaries { low_hz: slowest / TAU, high_hz: fastest / TAU });
+        return Err(PotentiometerError::SpeedVaries { low_hz: slowest / TAU, high_hz: fastest / TAU });
     }
     let mut turns: std::collections::BTreeMap<i64, Vec<f64>> = std::collections::BTreeMap::new();
     for reading in steady {
@@ -180,7 +180,7 @@ fn speed_is_smooth(steady: &[Reading], fit: &Fit, reliable: Reliable) -> Result<
     let typical = means.len().max(1) as f64 / steady.len() as f64;
     let limit = ROUGH_TURNS.max(4.0 * fit.sigma * typical.sqrt());
     if rms > limit {
-        return Err(IdentifyError::RoughTurns { rms_deg: rms.to_degrees(), limit_deg: limit.to_degrees() });
+        return Err(PotentiometerError::RoughTurns { rms_deg: rms.to_degrees(), limit_deg: limit.to_degrees() });
     }
     Ok(())
 }

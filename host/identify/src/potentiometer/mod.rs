@@ -1,6 +1,4 @@
-//! Parameters from recordings. One job so far: the angle sensor's correction from one run at constant voltage.
-//!
-//! # The potentiometer
+//! The angle sensor's correction and blind arc from one run at constant voltage.
 //!
 //! At constant voltage the shaft turns at (nearly) constant speed, so time itself is the reference: the true angle is a
 //! straight line in time, and whatever the code does beside it is the sensor. In order:
@@ -31,14 +29,14 @@
 mod arc;
 mod curve;
 mod error;
+mod line;
 mod phase;
-mod potentiometer;
 mod second;
 mod summary;
 
 pub use arc::{GapBehaviour, ZeroSource};
-pub use error::IdentifyError;
-pub use potentiometer::{potentiometer, require_potentiometer};
+pub use error::PotentiometerError;
+pub use line::{potentiometer, require_potentiometer};
 pub use second::{SecondFit, second_potentiometer};
 pub use summary::{PotentiometerFit, ResidualBin};
 

@@ -4,8 +4,8 @@ use robot_file::angle_code::{AdcCurve, corrected_angle};
 use robot_file::robot::{Correction, Potentiometer, Quantity, Robot, Sensor};
 use serde::Serialize;
 
-use super::error::IdentifyError;
-use super::potentiometer::{potentiometer, require_potentiometer};
+use super::error::PotentiometerError;
+use super::line::{potentiometer, require_potentiometer};
 use super::summary::PotentiometerFit;
 use common::conventions::{degrees, radians};
 use common::wrap;
@@ -29,11 +29,11 @@ pub struct SecondFit {
 ///
 /// # Errors
 /// As [`potentiometer`], and the robot or the recording has one sensor only.
-pub fn second_potentiometer(robot: &Robot, recording: &Recording) -> Result<SecondFit, IdentifyError> {
+pub fn second_potentiometer(robot: &Robot, recording: &Recording) -> Result<SecondFit, PotentiometerError> {
     let first = require_potentiometer(robot)?;
-    let second = first.second_resolved().ok_or(IdentifyError::NoSecond)?;
+    let second = first.second_resolved().ok_or(PotentiometerError::NoSecond)?;
     if recording.adc_second.is_empty() {
-        return Err(IdentifyError::NoCodes { run: recording.path.display().to_string(), column: "adc_second" });
+        return Err(PotentiometerError::NoCodes { run: recording.path.display().to_string(), column: "adc_second" });
     }
     let alone = Robot { sensor: Sensor::Potentiometer(Box::new(second.clone())), ..robot.clone() };
     let angle = AngleReading::Adc(recording.adc_second.clone());
@@ -51,10 +51,10 @@ fn offset(
     recording: &Recording,
     (first, correction): (&Potentiometer, &Correction),
     (second, own): (&Potentiometer, &PotentiometerFit),
-) -> Result<Quantity, IdentifyError> {
+) -> Result<Quantity, PotentiometerError> {
     let run = || recording.path.display().to_string();
     let AngleReading::Adc(codes) = &recording.angle else {
-        return Err(IdentifyError::NoCodes { run: run(), column: "adc" });
+        return Err(PotentiometerError::NoCodes { run: run(), column: "adc" });
     };
     // The second one's conversions follow the first one's; meanwhile the shaft turns on.
     let later = own.speed_rad_per_s * 0.5 * (first.adc.duration_s() + second.adc.duration_s());
@@ -76,7 +76,7 @@ fn offset(
     // The middle one: spikes do not move it.
     about.sort_by(f64::total_cmp);
     let Some(middle) = about.get(about.len() / 2) else {
-        return Err(IdentifyError::Undetermined { samples: 0 });
+        return Err(PotentiometerError::Undetermined { samples: 0 });
     };
     let value = degrees(rough + middle).rem_euclid(360.0);
     let range = LEAST_RANGE_DEG.max(2.0 * correction.residual_deg.hypot(own.correction.residual_deg));

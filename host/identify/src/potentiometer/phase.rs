@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use common::{median, wrap};
 
-use super::error::IdentifyError;
+use super::error::PotentiometerError;
 
 /// Windows whose speed is farther than this from the settled speed are not steady (start, stop).
 const STEADY: f64 = 0.03;
@@ -91,7 +91,7 @@ struct Window {
 }
 
 /// Finds the rotation and the stretch in which it is steady.
-pub(super) fn find(readings: &[Reading]) -> Result<Ramp, IdentifyError> {
+pub(super) fn find(readings: &[Reading]) -> Result<Ramp, PotentiometerError> {
     let mut speed = rough_speed(readings)?;
     // The first pass uses the slope of the codes (a few percent off), the second the phase over several turns.
     let mut stretch = steady_stretch(readings, speed)?;
@@ -102,7 +102,7 @@ pub(super) fn find(readings: &[Reading]) -> Result<Ramp, IdentifyError> {
     let (ramp, _) = fit(smooth_stretch(&windows, speed), speed);
     let turns = ramp.turns();
     if turns < FEWEST_TURNS {
-        return Err(IdentifyError::TooShort { turns, seconds: 2.0 * ramp.half, fewest: FEWEST_TURNS });
+        return Err(PotentiometerError::TooShort { turns, seconds: 2.0 * ramp.half, fewest: FEWEST_TURNS });
     }
     Ok(ramp)
 }
@@ -122,7 +122,7 @@ fn smooth_stretch(windows: &[Window], speed: f64) -> &[Window] {
 }
 
 /// Median slope of consecutive readings in the middle of the track, rad/s.
-fn rough_speed(readings: &[Reading]) -> Result<f64, IdentifyError> {
+fn rough_speed(readings: &[Reading]) -> Result<f64, PotentiometerError> {
     // Over several samples the converter's noise counts less; at most a twelfth of the track is passed in between.
     let mut slopes = Vec::new();
     let mut best = 0.0_f64;
@@ -144,21 +144,23 @@ fn rough_speed(readings: &[Reading]) -> Result<f64, IdentifyError> {
         }
     }
     if slopes.len() < 20 {
-        return Err(IdentifyError::NotTurning { detail: "the codes never cross the middle of the track".into() });
+        return Err(PotentiometerError::NotTurning { detail: "the codes never cross the middle of the track".into() });
     }
     let total = (readings[readings.len() - 1].t - readings[0].t) * best.abs();
     if total < TAU {
-        return Err(IdentifyError::NotTurning { detail: format!("the median speed is {:.2} turns/s", best / TAU) });
+        return Err(PotentiometerError::NotTurning {
+            detail: format!("the median speed is {:.2} turns/s", best / TAU),
+        });
     }
     Ok(best)
 }
 
 /// From, to (s) and speed (rad/s) of the longest stretch of steady rotation near a speed.
-fn steady_stretch(readings: &[Reading], speed: f64) -> Result<(f64, f64, f64), IdentifyError> {
+fn steady_stretch(readings: &[Reading], speed: f64) -> Result<(f64, f64, f64), PotentiometerError> {
     let windows = windows(readings, speed, readings[0].t, readings[readings.len() - 1].t);
     if windows.len() < 3 {
         let seconds = readings[readings.len() - 1].t - readings[0].t;
-        return Err(IdentifyError::TooShort { turns: seconds * speed.abs() / TAU, seconds, fewest: FEWEST_TURNS });
+        return Err(PotentiometerError::TooShort { turns: seconds * speed.abs() / TAU, seconds, fewest: FEWEST_TURNS });
     }
     // Speed between neighbouring windows, NaN where either is no rotation.
     let speeds: Vec<f64> = windows
@@ -172,7 +174,7 @@ fn steady_stretch(readings: &[Reading], speed: f64) -> Result<(f64, f64, f64), I
         .collect();
     let mut settled: Vec<f64> = speeds.iter().copied().filter(|s| s.is_finite()).collect();
     if settled.len() * 2 < speeds.len() {
-        return Err(IdentifyError::NotTurning {
+        return Err(PotentiometerError::NotTurning {
             detail: format!(
                 "near {:.2} turns/s only {} of {} turns look like a rotation",
                 speed / TAU,
@@ -197,7 +199,7 @@ fn steady_stretch(readings: &[Reading], speed: f64) -> Result<(f64, f64, f64), I
             .iter()
             .filter(|s| s.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &s| (low.min(s.abs()), high.max(s.abs())));
-        return Err(IdentifyError::SpeedVaries { low_hz: low / TAU, high_hz: high / TAU });
+        return Err(PotentiometerError::SpeedVaries { low_hz: low / TAU, high_hz: high / TAU });
     }
     Ok((windows[best.0].from, windows[best.1].to, settled))
 }

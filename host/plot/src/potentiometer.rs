@@ -1,7 +1,7 @@
 //! The residual over the angle as a picture.
 
 use crate::report::svg::{Chart, STYLE, fixed, number, range};
-use diagnose::identify::{PotentiometerFit, ResidualBin};
+use identify::potentiometer::{PotentiometerFit, ResidualBin};
 
 /// Of the picture, pixels.
 const SIZE: (f64, f64) = (720.0, 320.0);
@@ -53,7 +53,7 @@ pub fn residual_svg(fit: &PotentiometerFit) -> String {
 mod tests {
     use std::path::Path;
 
-    use diagnose::identify::potentiometer;
+    use identify::potentiometer::potentiometer;
     use robot_file::Robot;
     use simulation::{Drive, Plan, recording, run};
 

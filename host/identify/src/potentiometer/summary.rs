@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::arc::{Reliable, Zero, ZeroSource};
 use super::curve::{self, Curve, Fit};
+use super::line::nominal_grid;
 use super::phase::{Ramp, Reading};
-use super::potentiometer::nominal_grid;
 use common::{median, wrap};
 use recording::Recording;
 

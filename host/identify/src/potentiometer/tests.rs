@@ -8,7 +8,7 @@ use hal_sim::{Settings, SimulatedRobot};
 use robot_file::angle_code::{AdcCurve, corrected_angle};
 use robot_file::robot::{self, InGap, Quantity, Robot, Sensor};
 
-use super::{GapBehaviour, IdentifyError, ZeroSource, potentiometer, second_potentiometer};
+use super::{GapBehaviour, PotentiometerError, ZeroSource, potentiometer, second_potentiometer};
 use common::wrap;
 use recording::{AngleReading, Drive, Recording};
 
@@ -180,39 +180,39 @@ fn refusals_say_why() {
 
     let mut digital = robot.clone();
     digital.sensor = Sensor::Ideal;
-    assert_eq!(potentiometer(&digital, &good).unwrap_err(), IdentifyError::NoPotentiometer { kind: "ideal" });
+    assert_eq!(potentiometer(&digital, &good).unwrap_err(), PotentiometerError::NoPotentiometer { kind: "ideal" });
 
     let angles = Recording { angle: AngleReading::Angle(vec![Some(0.1); good.len()]), ..good.clone() };
-    assert!(matches!(refused(&angles), IdentifyError::NoCodes { .. }));
+    assert!(matches!(refused(&angles), PotentiometerError::NoCodes { .. }));
 
     assert!(matches!(
         refused(&Recording { angle: AngleReading::Adc(Vec::new()), ..Recording::default() }),
-        IdentifyError::TooShort { .. }
+        PotentiometerError::TooShort { .. }
     ));
     let short = run(&robot, 1, 1.0, 0.6, None).recording;
-    assert!(matches!(refused(&short), IdentifyError::TooShort { .. }), "{}", refused(&short));
+    assert!(matches!(refused(&short), PotentiometerError::TooShort { .. }), "{}", refused(&short));
 
     let still = run(&robot, 1, 0.0, 2.5, None).recording;
-    assert!(matches!(refused(&still), IdentifyError::NotTurning { .. }), "{}", refused(&still));
+    assert!(matches!(refused(&still), PotentiometerError::NotTurning { .. }), "{}", refused(&still));
 
     let mut off = good.clone();
     off.enable.fill(false);
-    assert!(matches!(refused(&off), IdentifyError::TooShort { .. }));
+    assert!(matches!(refused(&off), PotentiometerError::TooShort { .. }));
 
     let mut wide = good.clone();
     wide.angle = AngleReading::Adc(vec![Some(5000); good.len()]);
-    assert!(matches!(refused(&wide), IdentifyError::CodeTooLarge { sample: 0, code: 5000, top: 4095, .. }));
+    assert!(matches!(refused(&wide), PotentiometerError::CodeTooLarge { sample: 0, code: 5000, top: 4095, .. }));
 
     let mut ripple = good.clone();
     ripple.drive = Drive::Duty((0..good.len()).map(|i| 0.8 + 0.1 * (0.05 * i as f64).sin()).collect());
-    assert!(matches!(refused(&ripple), IdentifyError::DriveVaries { .. }));
+    assert!(matches!(refused(&ripple), PotentiometerError::DriveVaries { .. }));
 
     // Codes that follow the shaft all around: a sensor without a gap.
     let mut whole = good.clone();
     let code = |t: f64| (4095.0 * (0.2 + 8.0 * t).rem_euclid(1.0)) as u16;
     whole.angle = AngleReading::Adc(good.t_s.iter().map(|&t| Some(code(t))).collect());
     let refusal = refused(&whole);
-    assert!(matches!(refusal, IdentifyError::NoArc { .. }), "{refusal}");
+    assert!(matches!(refusal, PotentiometerError::NoArc { .. }), "{refusal}");
 }
 
 #[test]
@@ -234,13 +234,16 @@ fn a_speed_that_swings_or_jumps_is_refused() {
     assert!(potentiometer(&robot, &turning(&|t| 50.0 * t)).is_ok());
     // 0.8 turns/s up and down by 20 %.
     let swinging = turning(&|t| 50.0 * t + 2.0 * (TAU * 0.8 * t).sin());
-    assert!(matches!(potentiometer(&robot, &swinging), Err(IdentifyError::SpeedVaries { .. })));
+    assert!(matches!(potentiometer(&robot, &swinging), Err(PotentiometerError::SpeedVaries { .. })));
     let back_and_forth = turning(&|t| 40.0 * (2.0 * t).sin());
     assert!(potentiometer(&robot, &back_and_forth).is_err());
     // Single turns a few degrees early or late.
     let jerky = turning(&|t| 50.0 * t + 0.06 * (TAU * 3.1 * t).sin());
     let refusal = potentiometer(&robot, &jerky).unwrap_err();
-    assert!(matches!(refusal, IdentifyError::RoughTurns { .. } | IdentifyError::SpeedVaries { .. }), "{refusal}");
+    assert!(
+        matches!(refusal, PotentiometerError::RoughTurns { .. } | PotentiometerError::SpeedVaries { .. }),
+        "{refusal}"
+    );
 }
 
 #[test]
@@ -263,9 +266,9 @@ fn the_second_sensor_is_found_with_where_it_is_mounted() {
     }
     let alone = self::robot();
     let recording = run(&alone, 1000, 0.95, 2.5, None).recording;
-    assert_eq!(second_potentiometer(&alone, &recording), Err(IdentifyError::NoSecond));
+    assert_eq!(second_potentiometer(&alone, &recording), Err(PotentiometerError::NoSecond));
     assert!(matches!(
         second_potentiometer(&robot, &recording),
-        Err(IdentifyError::NoCodes { column: "adc_second", .. })
+        Err(PotentiometerError::NoCodes { column: "adc_second", .. })
     ));
 }

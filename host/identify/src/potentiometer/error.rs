@@ -5,7 +5,7 @@ use thiserror::Error;
 
 /// Why there is no correction.
 #[derive(Clone, Debug, PartialEq, Error, Diagnostic)]
-pub enum IdentifyError {
+pub enum PotentiometerError {
     /// The robot file has no potentiometer.
     #[error("the robot file's [sensor] is {kind}, which has nothing to correct")]
     #[diagnostic(help(

@@ -1,9 +1,9 @@
-//! `scram identify`
+//! `scram identify potentiometer`
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Subcommand, ValueEnum};
-use diagnose::identify::{PotentiometerFit, SecondFit, potentiometer, second_potentiometer};
+use ::identify::potentiometer::{PotentiometerFit, SecondFit, potentiometer, second_potentiometer};
+use clap::{Args, ValueEnum};
 use miette::Report;
 use plot::{residual_svg, under_title};
 use recording::ReadOptions;
@@ -12,14 +12,9 @@ use robot_file::edit::Document;
 use scram::progress::bar;
 use serde::Serialize;
 
-use super::run_directory::IDENTIFIED;
-use super::{Common, Done, print, print_json, table, write};
-
-/// Find parameters from recordings
-#[derive(Subcommand)]
-pub enum Identify {
-    Potentiometer(Potentiometer),
-}
+use super::super::run_directory::IDENTIFIED;
+use super::super::{Common, Done, print, print_json, table, write};
+use super::ROBOT;
 
 /// Find the angle sensor's correction and blind arc from one run at constant voltage
 ///
@@ -62,16 +57,8 @@ struct Output<'a, F> {
     files: &'a [PathBuf],
 }
 
-impl Identify {
-    pub fn run(&self) -> Done {
-        match self {
-            Self::Potentiometer(command) => command.run(),
-        }
-    }
-}
-
 impl Potentiometer {
-    fn run(&self) -> Done {
+    pub fn run(&self) -> Done {
         let common = &self.common;
         let robot = common.robot()?;
         common.keeps_robot_file(&common.out.join(ROBOT))?;
@@ -102,9 +89,6 @@ impl Potentiometer {
     }
 }
 
-/// What `scram sim --robot` reads.
-const ROBOT: &str = "robot.toml";
-
 /// Says what was found and written.
 fn told(common: &Common, whole: &impl Serialize, fit: &PotentiometerFit, files: &[PathBuf; 2]) -> Done {
     if common.json {
@@ -118,7 +102,7 @@ fn told(common: &Common, whole: &impl Serialize, fit: &PotentiometerFit, files: 
 }
 
 /// Writes the corrected robot file and the plot of what is left into a directory.
-pub(super) fn save(common: &Common, fit: &PotentiometerFit, title: &str, out: &Path) -> Result<[PathBuf; 2], Report> {
+pub fn save(common: &Common, fit: &PotentiometerFit, title: &str, out: &Path) -> Result<[PathBuf; 2], Report> {
     let mut document = Document::load(&common.robot)?;
     document.set_correction(&fit.correction)?;
     save_both(common, &document, fit, title, out)
@@ -145,7 +129,7 @@ fn save_both(
 }
 
 /// The table.
-pub(super) fn facts(fit: &PotentiometerFit) -> String {
+pub fn facts(fit: &PotentiometerFit) -> String {
     let correction = &fit.correction;
     let hz = fit.speed_rad_per_s.abs() / std::f64::consts::TAU;
     table::facts([

@@ -1,0 +1,420 @@
+//! Hinges and starts of all runs at once.
+
+use nalgebra::{DMatrix, DVector};
+use robot_file::Robot;
+use serde::Serialize;
+
+use super::oscillation::Oscillation;
+use super::rig::{Gravity, Hinges, Release, Rig, START, between, widest};
+use super::{BackboneError, FIELDS, start};
+use crate::least_squares::{Minimum, Residuals, minimise};
+
+/// How to identify.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// The module at the backbone's end, from 1; none for the last.
+    pub module: Option<usize>,
+    /// How the backbone stands in the room.
+    pub gravity: Gravity,
+}
+
+/// One of the six numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HingeFit {
+    /// In `[backbone]`.
+    pub field: &'static str,
+    /// Best, N·m/rad or N·m·s/rad.
+    pub value: f64,
+    /// Of the 90 % interval.
+    pub low: f64,
+    /// Of the 90 % interval.
+    pub high: f64,
+    /// What the robot file has.
+    pub file: f64,
+    /// Whether these runs tell it: an axis that does not swing has no stiffness to show.
+    pub told: bool,
+}
+
+/// How the result does on a run that was not fitted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// The run.
+    pub run: String,
+    /// (3.1) with the file's numbers, rad.
+    pub before_rad: f64,
+    /// (3.1) with those found, rad.
+    pub after_rad: f64,
+}
+
+/// A run and its simulation, for plots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// The run.
+    pub run: String,
+    /// Since the release, s.
+    pub t_s: Vec<f64>,
+    /// About x, y, z, rad; NaN where missing.
+    pub measured: Vec<[f64; 3]>,
+    /// About x, y, z, rad.
+    pub simulated: Vec<[f64; 3]>,
+    /// Whether it was held out.
+    pub held_out: bool,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BackboneFit {
+    /// In the order of [`FIELDS`].
+    pub hinges: Vec<HingeFit>,
+    /// Deviation of what is left about x, y, z, rad; none for an axis that no run has.
+    pub noise_rad: [Option<f64>; 3],
+    /// What the noise alone makes of (3.1), rad.
+    pub floor_rad: f64,
+    /// (3.1) over the fitted runs, rad.
+    pub error_rad: f64,
+    /// Factor on the intervals for what is correlated in time.
+    pub widened: f64,
+    /// Samples left out because they lie far off.
+    pub outliers: usize,
+    /// Samples used.
+    pub samples: usize,
+    /// Moment of inertia about x, y, z against which stiffness is known, kg·m²: the module's, about the fast end.
+    pub inertia_kg_m2: [f64; 3],
+    /// Runs that were not fitted.
+    pub held_out: Vec<HeldOut>,
+    /// All runs.
+    #[serde(skip)]
+    pub tracks: Vec<Track>,
+}
+
+/// Deviation of what is believed before of the logarithm of a number: a factor of three.
+const BELIEVED: f64 = 1.1;
+/// A number is told where the runs leave less than this share of that.
+const TOLD: f64 = 0.5;
+/// Steps of the derivatives.
+const NUDGE: f64 = 1e-5;
+/// A sample this many deviations off is none.
+const OUTLIER: f64 = 6.0;
+/// Offsets of a run, about x, y, z, rad; no more than `OFFSET`.
+const OFFSETS: usize = 3;
+const OFFSET: f64 = 0.5;
+/// Of the normal distribution, for 90 %.
+const Z90: f64 = 1.645;
+const STEPS: usize = 40;
+
+/// Finds stiffness and damping from some runs and judges them on others.
+///
+/// # Errors
+/// There is no run, one cannot be used, the robot file has no backbone, or none near its own swings like these.
+pub fn identify(
+    robot: &Robot,
+    fit: &[Oscillation],
+    held_out: &[Oscillation],
+    options: Options,
+) -> Result<BackboneFit, BackboneError> {
+    let rig = Rig::new(robot, options.module, options.gravity)?;
+    if fit.is_empty() {
+        return Err(BackboneError::Nothing);
+    }
+    let released = |runs: &[Oscillation]| runs.iter().map(Oscillation::released).collect::<Result<Vec<_>, _>>();
+    let (runs, others) = (released(fit)?, released(held_out)?);
+    let begin = start::of_grid(&rig, &runs).ok_or(BackboneError::Hopeless)?;
+    let mut problem = Problem::new(&rig, runs, Some(begin));
+    let minimum = problem.settle().ok_or(BackboneError::Hopeless)?;
+    let found = problem.hinges(&minimum.point);
+    let mut result = problem.summary(&minimum);
+    result.tracks = problem.tracks(&minimum, false);
+    for run in others {
+        let (weights, name) = (problem.weights, run.name.clone());
+        let judge = |hinges: Hinges| {
+            let mut judged = Problem { weights, ..Problem::new(&rig, vec![run.clone()], None) };
+            judged.fixed = hinges;
+            let begin = judged.begin();
+            let minimum = minimise(&mut judged, begin, STEPS)?;
+            Some((judged.error(&minimum), judged.tracks(&minimum, true)))
+        };
+        let (Some((before_rad, _)), Some((after_rad, tracks))) = (judge(rig.file()), judge(found)) else {
+            return Err(BackboneError::Hopeless);
+        };
+        result.held_out.push(HeldOut { run: name, before_rad, after_rad });
+        result.tracks.extend(tracks);
+    }
+    Ok(result)
+}
+
+/// Everything that is looked for: logarithms of the hinges over the file's, then start and offsets of each run.
+struct Problem<'a> {
+    rig: &'a Rig,
+    runs: Vec<Oscillation>,
+    /// One over the noise about x, y, z, 1/rad.
+    weights: [f64; 3],
+    /// Where the hinges begin, if they are looked for.
+    begin: Option<Hinges>,
+    /// The hinges, if they are not.
+    fixed: Hinges,
+    outliers: usize,
+}
+
+impl<'a> Problem<'a> {
+    fn new(rig: &'a Rig, runs: Vec<Oscillation>, begin: Option<Hinges>) -> Self {
+        Self { rig, runs, weights: [1e3; 3], begin, fixed: rig.file(), outliers: 0 }
+    }
+
+    fn numbers(&self) -> usize {
+        if self.begin.is_some() { 6 } else { 0 }
+    }
+
+    /// Where a run's own parameters stand.
+    fn of_run(&self, run: usize) -> usize {
+        self.numbers() + run * (START + OFFSETS)
+    }
+
+    fn begin(&self) -> DVector<f64> {
+        let mut point = DVector::zeros(self.of_run(self.runs.len()));
+        if let Some(begin) = self.begin {
+            for (k, (value, file)) in begin.iter().zip(self.rig.file()).enumerate() {
+                point[k] = (value / file).ln();
+            }
+        }
+        point
+    }
+
+    fn hinges(&self, point: &DVector<f64>) -> Hinges {
+        if self.begin.is_none() {
+            return self.fixed;
+        }
+        let file = self.rig.file();
+        std::array::from_fn(|k| file[k] * point[k].exp())
+    }
+
+    fn release(&self, point: &DVector<f64>, run: usize) -> Release {
+        let from = self.of_run(run);
+        Release {
+            hinges: self.hinges(point),
+            start: std::array::from_fn(|number| point[from + number] * widest(number)),
+            seconds: self.runs[run].seconds(),
+        }
+    }
+
+    /// Fits, takes each axis's weight from what is left, drops outliers, and fits again.
+    fn settle(&mut self) -> Option<Minimum> {
+        // The starts alone first: from rest nothing tells how the hinges matter.
+        let hinges = self.begin.take()?;
+        let mut starts = Problem { weights: self.weights, ..Problem::new(self.rig, self.runs.clone(), None) };
+        starts.fixed = hinges;
+        let begin = starts.begin();
+        let begun = minimise(&mut starts, begin, STEPS)?;
+        self.begin = Some(hinges);
+        let mut point = self.begin();
+        point.rows_mut(6, begun.point.len()).copy_from(&begun.point);
+        let mut minimum = minimise(self, point, STEPS)?;
+        for _ in 0..2 {
+            self.weigh(&minimum);
+            minimum = minimise(self, minimum.point, STEPS)?;
+        }
+        Some(minimum)
+    }
+
+    /// Residuals of the readings, run after run, sample after sample, with their axes; without their weights.
+    fn read<'b>(&'b self, minimum: &'b Minimum) -> impl Iterator<Item = (usize, usize, usize, f64)> + 'b {
+        self.rows()
+            .zip(minimum.residuals.iter())
+            .map(|((run, k, axis), value)| (run, k, axis, value / self.weights[axis]))
+    }
+
+    fn rows(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+        self.runs.iter().enumerate().flat_map(|(run, one)| {
+            (0..one.t_s.len())
+                .flat_map(move |k| (0..3).map(move |axis| (run, k, axis)))
+                .filter(move |&(_, k, axis)| one.angles[k][axis].is_finite())
+        })
+    }
+
+    fn noise(&self, minimum: &Minimum) -> [Option<f64>; 3] {
+        let mut sums = [(0.0, 0.0); 3];
+        for (_, _, axis, value) in self.read(minimum) {
+            sums[axis].0 += value * value;
+            sums[axis].1 += 1.0;
+        }
+        let all: f64 = sums.iter().map(|(_, count)| count).sum();
+        let free = (1.0 - minimum.point.len() as f64 / all).max(0.1);
+        sums.map(|(sum, count)| (count > 0.0).then(|| (sum / (free * count)).sqrt().max(1e-9)))
+    }
+
+    fn weigh(&mut self, minimum: &Minimum) {
+        let noise = self.noise(minimum).map(|noise| noise.unwrap_or(1e-3));
+        let far: Vec<_> =
+            self.read(minimum).filter(|(_, _, axis, value)| value.abs() > OUTLIER * noise[*axis]).collect();
+        self.outliers += far.len();
+        for (run, k, axis, _) in far {
+            self.runs[run].angles[k][axis] = f64::NAN;
+        }
+        self.weights = noise.map(|noise| 1.0 / noise);
+    }
+
+    /// (3.1) over all runs, rad, with the degrees of freedom that the fit took given back.
+    fn error(&self, minimum: &Minimum) -> f64 {
+        let sum: f64 = self.read(minimum).map(|(_, _, _, value)| value * value).sum();
+        let rows = self.rows().count() as f64;
+        let samples = self.runs.iter().map(|run| run.angles.iter().filter(|a| a.iter().any(|x| x.is_finite())).count());
+        let free = (1.0 - minimum.point.len() as f64 / rows).max(0.1);
+        (sum / free / samples.sum::<usize>().max(1) as f64).sqrt()
+    }
+
+    /// How much wider intervals are than white noise would have them: the sum of the correlations, never below 1.
+    fn widened(&self, minimum: &Minimum) -> f64 {
+        let mut series: Vec<Vec<Vec<f64>>> = vec![vec![Vec::new(); 3]; self.runs.len()];
+        for (run, _, axis, value) in self.read(minimum) {
+            series[run][axis].push(value * self.weights[axis]);
+        }
+        let series: Vec<Vec<f64>> = series.into_iter().flatten().collect();
+        let at_lag = |lag: usize| -> f64 {
+            series.iter().map(|one| one.iter().zip(one.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>()).sum()
+        };
+        let (all, count) = (at_lag(0), series.iter().map(Vec::len).sum::<usize>() as f64);
+        let mut sum = 0.0;
+        for lag in 1..200 {
+            let correlation = at_lag(lag) / all;
+            if correlation < 2.0 / count.sqrt() {
+                break;
+            }
+            sum += correlation;
+        }
+        (1.0 + 2.0 * sum).sqrt()
+    }
+
+    fn summary(&self, minimum: &Minimum) -> BackboneFit {
+        let widened = self.widened(minimum);
+        let covariance = minimum.covariance();
+        let (found, file) = (self.hinges(&minimum.point), self.rig.file());
+        let hinges = (0..6)
+            .map(|k| {
+                let deviation = covariance.as_ref().map_or(BELIEVED, |all| all[(k, k)].sqrt() * widened).min(BELIEVED);
+                HingeFit {
+                    field: FIELDS[k],
+                    value: found[k],
+                    low: found[k] * (-Z90 * deviation).exp(),
+                    high: found[k] * (Z90 * deviation).exp(),
+                    file: file[k],
+                    told: deviation < TOLD * BELIEVED,
+                }
+            })
+            .collect();
+        let noise_rad = self.noise(minimum);
+        BackboneFit {
+            hinges,
+            noise_rad,
+            floor_rad: noise_rad.iter().flatten().map(|noise| noise * noise).sum::<f64>().sqrt(),
+            error_rad: self.error(minimum),
+            widened,
+            outliers: self.outliers,
+            samples: self.rows().count(),
+            inertia_kg_m2: self.rig.inertia(),
+            held_out: Vec::new(),
+            tracks: Vec::new(),
+        }
+    }
+
+    fn tracks(&self, minimum: &Minimum, held_out: bool) -> Vec<Track> {
+        let releases: Vec<Release> = (0..self.runs.len()).map(|run| self.release(&minimum.point, run)).collect();
+        let Some(oscillations) = self.rig.oscillations(&releases) else { return Vec::new() };
+        let of = |(run, points): (usize, &Vec<[f64; 3]>)| {
+            let (one, offsets) = (&self.runs[run], self.of_run(run) + START);
+            let shown = |t: &f64| {
+                let angles = between(points, *t);
+                std::array::from_fn(|axis| angles[axis] + OFFSET * minimum.point[offsets + axis])
+            };
+            Track {
+                run: one.name.clone(),
+                t_s: one.t_s.clone(),
+                measured: one.angles.clone(),
+                simulated: one.t_s.iter().map(shown).collect(),
+                held_out,
+            }
+        };
+        oscillations.iter().enumerate().map(of).collect()
+    }
+
+    /// Weighted residuals of one run for its simulated points.
+    fn compare<'b>(&'b self, run: usize, points: &'b [[f64; 3]], offsets: [f64; 3]) -> impl Iterator<Item = f64> + 'b {
+        let one = &self.runs[run];
+        one.t_s.iter().zip(&one.angles).flat_map(move |(t, measured)| {
+            let simulated = between(points, *t);
+            (0..3)
+                .filter(|&axis| measured[axis].is_finite())
+                .map(move |axis| self.weights[axis] * (simulated[axis] + offsets[axis] - measured[axis]))
+        })
+    }
+
+    fn offsets(&self, point: &DVector<f64>, run: usize) -> [f64; 3] {
+        std::array::from_fn(|axis| OFFSET * point[self.of_run(run) + START + axis])
+    }
+
+    /// What is believed before: the hinges near the file's, the starts within their widths.
+    fn beliefs(&self, point: &DVector<f64>) -> impl Iterator<Item = f64> {
+        let numbers = self.numbers();
+        point
+            .clone()
+            .iter()
+            .enumerate()
+            .map(|(k, value)| if k < numbers { value / BELIEVED } else { *value })
+            .collect::<Vec<_>>()
+            .into_iter()
+    }
+}
+
+impl Residuals for Problem<'_> {
+    fn at(&mut self, point: &DVector<f64>) -> Option<DVector<f64>> {
+        let releases: Vec<Release> = (0..self.runs.len()).map(|run| self.release(point, run)).collect();
+        let oscillations = self.rig.oscillations(&releases)?;
+        let mut residuals: Vec<f64> = Vec::new();
+        for (run, points) in oscillations.iter().enumerate() {
+            residuals.extend(self.compare(run, points, self.offsets(point, run)));
+        }
+        residuals.extend(self.beliefs(point));
+        Some(DVector::from_vec(residuals))
+    }
+
+    fn derivatives(&mut self, point: &DVector<f64>, residuals: &DVector<f64>) -> Option<DMatrix<f64>> {
+        let mut releases = Vec::new();
+        let mut places = Vec::new();
+        for run in 0..self.runs.len() {
+            let own = self.of_run(run)..self.of_run(run) + START;
+            for column in (0..self.numbers()).chain(own) {
+                let mut nudged = point.clone();
+                nudged[column] += NUDGE;
+                releases.push(self.release(&nudged, run));
+                places.push((run, column));
+            }
+        }
+        let oscillations = self.rig.oscillations(&releases)?;
+        let rows = self.rows().count();
+        let firsts: Vec<usize> = self.first_rows();
+        let mut jacobian = DMatrix::zeros(residuals.len(), point.len());
+        for ((run, column), points) in places.into_iter().zip(&oscillations) {
+            for (k, value) in self.compare(run, points, self.offsets(point, run)).enumerate() {
+                let row = firsts[run] + k;
+                jacobian[(row, column)] = (value - residuals[row]) / NUDGE;
+            }
+        }
+        for (row, (run, _, axis)) in self.rows().enumerate() {
+            jacobian[(row, self.of_run(run) + START + axis)] = self.weights[axis] * OFFSET;
+        }
+        for k in 0..point.len() {
+            jacobian[(rows + k, k)] = if k < self.numbers() { 1.0 / BELIEVED } else { 1.0 };
+        }
+        Some(jacobian)
+    }
+}
+
+impl Problem<'_> {
+    fn first_rows(&self) -> Vec<usize> {
+        let mut firsts = vec![0; self.runs.len()];
+        let mut counts = vec![0; self.runs.len()];
+        self.rows().for_each(|(run, _, _)| counts[run] += 1);
+        for run in 1..firsts.len() {
+            firsts[run] = firsts[run - 1] + counts[run - 1];
+        }
+        firsts
+    }
+}

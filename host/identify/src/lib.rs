@@ -1,0 +1,12 @@
+//! A robot's parameters from measurements.
+//!
+//! * [`potentiometer`]: the angle sensor's correction and blind arc, from one run at constant voltage.
+//! * [`backbone`]: stiffness and damping of a backbone about its three axes, from its free oscillations (thesis section 3.1).
+//! * [`capture`]: what a motion capture system exports, as rigid bodies over time.
+//!
+//! It draws nothing and knows no terminal.
+
+pub mod backbone;
+pub mod capture;
+mod least_squares;
+pub mod potentiometer;
