@@ -5,7 +5,7 @@ use robot_file::Robot;
 use serde::Serialize;
 
 use super::oscillation::Oscillation;
-use super::rig::{Gravity, Hinges, Release, Rig, START, between, widest};
+use super::rig::{Gravity, Hinges, Release, Rig, START, between, of_axis, widest};
 use super::{BackboneError, FIELDS, start};
 use crate::least_squares::{Minimum, Residuals, minimise};
 
@@ -91,6 +91,8 @@ pub struct BackboneFit {
 const BELIEVED: f64 = 1.1;
 /// A number is told where the runs leave less than this share of that.
 const TOLD: f64 = 0.5;
+/// How often an axis may be said to swing that does not.
+const NOTHING_SWINGS: f64 = 0.01;
 /// Steps of the derivatives.
 const NUDGE: f64 = 1e-5;
 /// A sample this many deviations off is none.
@@ -286,10 +288,15 @@ impl<'a> Problem<'a> {
     fn summary(&self, minimum: &Minimum) -> BackboneFit {
         let widened = self.widened(minimum);
         let covariance = minimum.covariance();
-        let (found, file) = (self.hinges(&minimum.point), self.rig.file());
+        let (mut found, file) = (self.hinges(&minimum.point), self.rig.file());
+        let swings = self.swings(minimum);
+        for (k, value) in found.iter_mut().enumerate().filter(|(k, _)| !swings[k % 3]) {
+            *value = file[k];
+        }
         let hinges = (0..6)
             .map(|k| {
-                let deviation = covariance.as_ref().map_or(BELIEVED, |all| all[(k, k)].sqrt() * widened).min(BELIEVED);
+                let curved = covariance.as_ref().map_or(BELIEVED, |all| all[(k, k)].sqrt() * widened);
+                let deviation = if swings[k % 3] { curved.min(BELIEVED) } else { BELIEVED };
                 HingeFit {
                     field: FIELDS[k],
                     value: found[k],
@@ -313,6 +320,28 @@ impl<'a> Problem<'a> {
             held_out: Vec::new(),
             tracks: Vec::new(),
         }
+    }
+
+    /// Whether the end swings about x, y, z at all: more than the best of the grid's oscillations follows of mere noise, by the bound of
+    /// B. Laurent and P. Massart, "Adaptive estimation of a quadratic functional by model selection", 2000, lemma 1, for each of them.
+    fn swings(&self, minimum: &Minimum) -> [bool; 3] {
+        let noise = self.noise(minimum);
+        let tracks = self.tracks(minimum, false);
+        [0, 1, 2].map(|axis| {
+            let Some(noise) = noise[axis] else { return false };
+            let mut followed = 0.0;
+            for (run, track) in tracks.iter().enumerate() {
+                let offset = self.offsets(&minimum.point, run)[axis];
+                for (measured, simulated) in track.measured.iter().zip(&track.simulated) {
+                    if measured[axis].is_finite() {
+                        followed += ((simulated[axis] - offset) / noise).powi(2);
+                    }
+                }
+            }
+            let freedom = (of_axis(axis).count() * self.runs.len()) as f64;
+            let rare = (start::GRID as f64 / NOTHING_SWINGS).ln();
+            followed > freedom + 2.0 * (freedom * rare).sqrt() + 2.0 * rare
+        })
     }
 
     fn tracks(&self, minimum: &Minimum, held_out: bool) -> Vec<Track> {

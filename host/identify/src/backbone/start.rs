@@ -10,6 +10,8 @@ const STIFFNESSES: usize = 29;
 const FURTHEST: f64 = 4.0;
 /// Factors on the file's damping.
 const DAMPINGS: [f64; 5] = [0.04, 0.15, 0.5, 1.0, 2.5];
+/// Pairs of them.
+pub const GRID: usize = STIFFNESSES * DAMPINGS.len();
 /// A response is simulated to a start of this size, rad, where everything is linear still.
 const SMALL: f64 = 0.02;
 /// Longer than this, s, and the grid is too coarse to keep the phase.
