@@ -145,16 +145,49 @@ pub fn beside(session: &Session, single: &Candidate, proposals: &[Proposal]) -> 
 }
 
 /// Where a pair reaches the floor, fits each effect of the best pair on its own from where the pair ended, and what it contains
-/// from there: alone, it may have gone astray on its way there.
-pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) {
+/// from there: alone, it may have gone astray on its way there, or have been met only in the pair.
+pub fn apart(session: &Session, baseline: &Candidate, candidates: &mut Vec<Candidate>) {
     let pairs = candidates.iter().filter(|one| one.effects.len() == 2 && reaches(session.noise, baseline, one));
     let Some(pair) = pairs.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())) else { return };
     let (effects, fit) = (pair.effects.clone(), pair.fit.clone());
     for effect in effects {
-        if let Some(single) = candidates.iter_mut().find(|one| one.effects == [effect]) {
-            let fit = session.again(&[effect], &fit, ROUNDS, TOLERANCE, f64::INFINITY);
-            single.improve(Candidate::of(session, fit, true));
+        let fit = session.again(&[effect], &fit, ROUNDS, TOLERANCE, f64::INFINITY);
+        let alone = Candidate::of(session, fit, true);
+        match candidates.iter_mut().find(|one| one.effects == [effect]) {
+            Some(single) => single.improve(alone),
+            None => candidates.push(alone),
         }
     }
     level(session, candidates);
+}
+
+#[cfg(test)]
+mod tests {
+    use effects::{DriverDrop, Laws};
+
+    use super::super::session::Session;
+    use super::super::tests::{Rig, bench};
+    use super::super::{Options, judged};
+    use super::*;
+
+    #[test]
+    fn an_effect_that_was_met_only_in_a_pair_is_tried_alone() {
+        let mut rig = Rig::off();
+        rig.shaft.laws = Laws { driver_drop: Some(DriverDrop { drop_v: 0.4, slope_ohm: 0.0 }), ..Laws::NONE };
+        let runs = rig.runs(3);
+        let (mut session, fit) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
+        let baseline = judged(&mut session, fit);
+        let id = |name: &str| Id::all().find(|id| id.name() == name).unwrap();
+        let (drag, drop) = (id("quadratic_drag"), id("driver_drop"));
+        let mut effects = vec![drag, drop];
+        effects.sort();
+        let starts = session.all_starts(&effects);
+        let wanted = [Wanted { effects, from: baseline.fit.clone(), starts }];
+        let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
+        assert!(reaches(session.noise, &baseline, &candidates[0]), "the pair stands at the floor");
+        apart(&session, &baseline, &mut candidates);
+        let alone = |effect: Id| candidates.iter().find(|one| one.effects == [effect]).unwrap();
+        assert!(reaches(session.noise, &baseline, alone(drop)));
+        assert!(!reaches(session.noise, &baseline, alone(drag)));
+    }
 }

@@ -157,6 +157,8 @@ pub fn models(
         add_pairs(session, baseline, &mut candidates, asks);
         let reached = best(&candidates).filter(|best| reaches(floor(session, &candidates), baseline, best));
         let least = reached.map_or(f64::INFINITY, |best| session.coarse_cost(&best.fit));
+        let tried = |one: &&&Proposal| candidates.iter().any(|tried| tried.effects == [one.effect]);
+        let others: Vec<&Proposal> = others.iter().filter(|one| !tried(one)).copied().collect();
         candidates.extend(alone(session, baseline, &others, least, asks.done));
         from_before(session, &mut candidates, before);
         level(session, &mut candidates);
@@ -166,9 +168,7 @@ pub fn models(
         from_file(session, &mut candidates);
         level(session, &mut candidates);
     }
-    if strayed {
-        level_mistaken(session, &mut candidates);
-    }
+    level_mistaken(session, &mut candidates);
     if !(asks.enough)(&candidates) {
         add_pairs(session, baseline, &mut candidates, asks);
     }
@@ -349,8 +349,8 @@ pub(super) fn level(session: &Session, candidates: &mut [Candidate]) {
     }
 }
 
-/// The same for the best single effect and those that it is easily mistaken for: where the refit of the file's numbers went
-/// astray, one of them may have found back and the other not.
+/// The same for the best single effect and those that it is easily mistaken for: one of them may have found back to the file's
+/// numbers from where their refit without it ended, and the other not.
 fn level_mistaken(session: &Session, candidates: &mut [Candidate]) {
     let singles = singles(candidates);
     let Some(&best) = singles.first() else { return };
