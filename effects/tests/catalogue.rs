@@ -40,7 +40,7 @@ fn every_file_is_an_effect_of_its_name() {
 }
 
 /// Where effects are named besides their files, which of them, and why.
-const NAMED: [(&str, &[&str], &str); 11] = [
+const NAMED: [(&str, &[&str], &str); 13] = [
     ("robot-file/src/design/fill.rs", &["battery_sag"], "the firmware inverts what the supply does to a duty"),
     (
         "robot-file/src/design/mod.rs",
@@ -70,6 +70,16 @@ const NAMED: [(&str, &[&str], &str); 11] = [
         "host/scram/src/cli/new_rig/text.rs",
         &["driver_drop"],
         "what is known of a bridge is what its data sheet says it takes",
+    ),
+    (
+        "host/diagnose/src/motor.rs",
+        &["coulomb_friction", "load_friction", "stribeck_friction"],
+        "a motor's identification looks for friction and for nothing else",
+    ),
+    (
+        "host/identify/src/robot/numbers.rs",
+        &["payload_offset", "foot_friction"],
+        "what makes a robot uneven, with what is believed of it before its walk is fitted",
     ),
     ("hal-sim/src/body/walking.rs", &["gravity_tilt"], "a body on the ground has gravity of its own"),
 ];

@@ -1,11 +1,13 @@
 /* MuJoCo's multibody under forces at the feet that are computed here, from the equations of docs/body.md: what remains of
  * a difference to hal-sim is then neither the law of the feet nor MuJoCo's contact.
  *
- *     feet MODEL.xml FREQUENCY STEP SECONDS SAMPLE [NORMAL_K NORMAL_CHI SHEAR_K SHEAR_D]
+ *     feet MODEL.xml FREQUENCY STEP SECONDS SAMPLE [NORMAL_K NORMAL_CHI SHEAR_K SHEAR_D [EXPONENT EXCESS SPEED]]
  *
  * Frequency in Hz, counter-clockwise positive; step, length and time between two samples in s. With the feet's four numbers
  * (N/m, s/m, N/m, N·s/m) the ground is the plane z = 0; without them the robot touches nothing. Radius and friction of every
- * foot are those of the model's geoms `foot…`; MuJoCo's own contacts are switched off.
+ * foot are those of the model's geoms `foot…`; MuJoCo's own contacts are switched off. Three numbers more make another law
+ * than hal-sim's: a spring that grows with a power of its depth, as a sphere's does with 3/2, as stiff as the other one under
+ * an eighth of the weight; and friction that is higher at rest by a share, which falls with the speed (m/s) of sliding.
  *
  * Prints one JSON object: `modules`, for every sample from the start on the centres of all modules, m.
  */
@@ -21,6 +23,10 @@ enum { MOST_FEET = 128, MOST_MODULES = 64 };
 /* The law's numbers. */
 typedef struct {
   double normal_k, normal_chi, shear_k, shear_d;
+  /* Power of the depth, and the depth at which the spring is that of the power 1, m. */
+  double exponent, usual_depth;
+  /* Friction's excess at rest, a share, and the speed over which it falls, m/s. */
+  double excess, speed;
 } Law;
 
 /* A foot: its sphere in the model, and how far its rubber is sheared along the ground, m. */
@@ -44,10 +50,12 @@ static void ground_force(const Law *law, double friction, double depth, const do
     shear[0] = shear[1] = 0.0;
     return;
   }
-  double load = law->normal_k * depth * (1.0 - law->normal_chi * velocity[2]);
+  double spring = law->normal_k * depth * pow(depth / law->usual_depth, law->exponent - 1.0);
+  double load = spring * (1.0 - law->normal_chi * velocity[2]);
   force[2] = load > 0.0 ? load : 0.0;
   for (int i = 0; i < 2; i++) force[i] = -law->shear_k * shear[i] - law->shear_d * velocity[i];
-  double wanted = hypot(force[0], force[1]), bears = friction * force[2];
+  double sliding = hypot(velocity[0], velocity[1]) / law->speed;
+  double wanted = hypot(force[0], force[1]), bears = friction * (1.0 + law->excess * exp(-sliding * sliding)) * force[2];
   if (wanted > bears) {
     force[0] *= bears / wanted;
     force[1] *= bears / wanted;
@@ -108,8 +116,9 @@ static void print_sample(const mjData *d, const int *sites, int count, int first
 }
 
 int main(int count, char **words) {
-  if (count != 6 && count != 10) fail("MODEL FREQUENCY STEP SECONDS SAMPLE [NORMAL_K NORMAL_CHI SHEAR_K SHEAR_D]");
-  double number[10] = {0};
+  if (count != 6 && count != 10 && count != 13)
+    fail("MODEL FREQUENCY STEP SECONDS SAMPLE [NORMAL_K NORMAL_CHI SHEAR_K SHEAR_D [EXPONENT EXCESS SPEED]]");
+  double number[13] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0.0, 1.0};
   for (int i = 2; i < count; i++) number[i] = strtod(words[i], NULL);
   char error[500] = "";
   mjModel *m = mj_loadXML(words[1], NULL, error, sizeof error);
@@ -124,9 +133,11 @@ int main(int count, char **words) {
   d->qvel[m->jnt_dofadr[rotor]] = speed;
   /* The servo aims ahead of the phase by what its damping holds back. */
   double ahead = -m->actuator_biasprm[2] / m->actuator_gainprm[0];
-  Law law = {number[6], number[7], number[8], number[9]};
+  double weight = mj_getTotalmass(m) * mju_norm3(m->opt.gravity);
+  double usual_depth = number[6] > 0.0 ? weight / (8.0 * number[6]) : 1.0;
+  Law law = {number[6], number[7], number[8], number[9], number[10], usual_depth, number[11], number[12]};
   Foot feet[MOST_FEET];
-  int standing = count == 10 ? find_feet(m, feet) : 0, shown = modules(m, sites);
+  int standing = count >= 10 ? find_feet(m, feet) : 0, shown = modules(m, sites);
 
   long steps = lround(number[4] / number[3]), every = lround(number[5] / number[3]);
   printf("{\"modules\":[");

@@ -57,6 +57,7 @@ mod memory;
 mod missing_term;
 mod model;
 mod motion;
+mod motor;
 mod nominal;
 mod numbers;
 mod odd_runs;
@@ -93,6 +94,7 @@ use session::Session;
 
 pub use experiment::{Experiment, Piece, Separation, design_experiment};
 pub use extend::extend;
+pub use motor::{Known, MotorFit, MotorNumber, identify_motor};
 pub use rig_check::{Cause as RigMistake, Finding, Mend, RigCheck, check_rig};
 pub use verdict::{
     CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,

@@ -110,6 +110,19 @@ impl FileModel {
         slow.max(FEWEST_SAMPLES * sample_s)
     }
 
+    /// Holds positive numbers near values that are known from elsewhere: number, value, standard deviation as a share. Whether
+    /// there are any.
+    pub fn hold(&mut self, known: Vec<(Number, f64, f64)>) -> bool {
+        for (number, value, share) in &known {
+            for free in self.free.iter_mut().filter(|one| one.number == *number) {
+                let factor = value / free.start;
+                (free.start, free.low, free.high) = (*value, free.low * factor, free.high * factor);
+                free.prior = *share;
+            }
+        }
+        !known.is_empty()
+    }
+
     /// How many numbers of the file a fit moves.
     #[must_use]
     pub fn own_numbers(&self) -> usize {

@@ -259,6 +259,12 @@ impl Session {
         Ok(())
     }
 
+    /// Whether a current was read that sets the scale of torques.
+    #[must_use]
+    pub fn has_current(&self) -> bool {
+        self.sigma_current.is_some()
+    }
+
     /// Refits the file's numbers, from where a fit has them, and measures the noise about the outcome, in turns: neither
     /// needs the other to be good.
     pub fn settle(&mut self, from: &Fit) -> Fit {

@@ -8,6 +8,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// What is minimised: half the square of the residuals.
 pub trait Residuals {
+    /// Whether derivatives are estimates, of which a second one at the same place may be better.
+    const ESTIMATED: bool = false;
     /// At a point; `None` where nothing can be simulated there.
     fn at(&mut self, point: &DVector<f64>) -> Option<DVector<f64>>;
     /// Their derivatives at a point (a column a parameter), where they are known to be these.
@@ -30,11 +32,11 @@ const ENOUGH: f64 = 1e-6;
 const MARQUARDT: (f64, f64) = (1e-3, 1e6);
 
 /// The minimum near a point, after at most `most_steps` steps; `None` where nothing can be simulated at the start.
-pub fn minimise(residuals: &mut impl Residuals, start: DVector<f64>, most_steps: usize) -> Option<Minimum> {
+pub fn minimise<R: Residuals>(residuals: &mut R, start: DVector<f64>, most_steps: usize) -> Option<Minimum> {
     let mut point = start;
     let mut here = residuals.at(&point)?;
     let mut derivatives = residuals.derivatives(&point, &here)?;
-    let mut factor = MARQUARDT.0;
+    let (mut factor, mut stuck) = (MARQUARDT.0, false);
     for _ in 0..most_steps {
         let normal = derivatives.tr_mul(&derivatives);
         let gradient = derivatives.tr_mul(&here);
@@ -55,9 +57,15 @@ pub fn minimise(residuals: &mut impl Residuals, start: DVector<f64>, most_steps:
             }
             factor *= 5.0;
         }
-        let Some(gain) = gain else { break };
+        if gain.is_none() && (stuck || !R::ESTIMATED) {
+            break;
+        }
+        stuck = gain.is_none();
+        if stuck {
+            factor = MARQUARDT.0;
+        }
         derivatives = residuals.derivatives(&point, &here)?;
-        if gain < ENOUGH {
+        if gain.is_some_and(|gain| gain < ENOUGH) {
             break;
         }
     }

@@ -2,6 +2,7 @@
 //!
 //! * [`potentiometer`]: the angle sensor's correction and blind arc, from one run at constant voltage.
 //! * [`backbone`]: stiffness and damping of a backbone about its three axes, from its free oscillations (thesis section 3.1).
+//! * [`robot`]: what of the body decides how it walks, from its mean speeds over conditions (thesis section 3.3).
 //! * [`capture`]: what a motion capture system exports, as rigid bodies over time.
 //!
 //! It draws nothing and knows no terminal.
@@ -10,3 +11,4 @@ pub mod backbone;
 pub mod capture;
 mod least_squares;
 pub mod potentiometer;
+pub mod robot;

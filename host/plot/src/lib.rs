@@ -34,6 +34,7 @@ mod title;
 pub mod view;
 mod walk;
 
+pub use figures::speeds_svg;
 pub use oscillation::oscillation_svg;
 pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
 pub use potentiometer::residual_svg;

@@ -1,11 +1,14 @@
-//! Measured speeds to compare with: a CSV with f_hz, alpha_deg, vx_mm_per_s, vy_mm_per_s, yaw_deg_per_s.
+//! Measured speeds: a CSV with f_hz, alpha_deg, vx_mm_per_s, vy_mm_per_s, yaw_deg_per_s, or with the file that shows each run.
 
 use std::path::{Path, PathBuf};
 
 use super::table::{Component, Stat};
 
-/// The columns.
-const COLUMNS: [&str; 5] = ["f_hz", "alpha_deg", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s"];
+const F: &str = "f_hz";
+const ALPHA: &str = "alpha_deg";
+const SPEEDS: [&str; 3] = ["vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s"];
+/// In place of the speeds.
+const FILE: &str = "file";
 
 /// Why a table cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
@@ -18,6 +21,12 @@ pub struct MeasuredError {
     path: PathBuf,
     line: Option<u64>,
     problem: String,
+}
+
+impl MeasuredError {
+    fn new(path: &Path, line: Option<u64>, problem: String) -> Self {
+        Self { path: path.into(), line, problem }
+    }
 }
 
 /// A measured run.
@@ -35,44 +44,58 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Reads a table.
+    /// Runs by their conditions (f in Hz, positive clockwise; α in degrees): longitudinal and lateral speed, mm/s, yaw, °/s.
+    #[must_use]
+    pub fn of_runs(runs: impl IntoIterator<Item = ((f64, f64), [Option<f64>; 3])>) -> Self {
+        let row = |((f_hz, alpha_deg), speeds)| MeasuredRun { f_hz, alpha_deg, speeds };
+        Self { rows: runs.into_iter().map(row).collect() }
+    }
+
+    /// Reads a table of speeds.
     ///
     /// # Errors
     /// It cannot be read, a column is missing, or a cell is not a number.
     pub fn read(path: &Path) -> Result<Self, MeasuredError> {
-        let wrong = |line, problem: String| MeasuredError { path: path.into(), line, problem };
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .from_path(path)
-            .map_err(|error| wrong(None, format!("cannot be read: {error}")))?;
-        let header = reader.headers().map_err(|error| wrong(Some(1), error.to_string()))?.clone();
-        let place = |name: &str| {
-            header
-                .iter()
-                .position(|cell| cell == name)
-                .ok_or_else(|| wrong(Some(1), format!("there is no column {name}")))
-        };
-        let places = COLUMNS.iter().map(|name| place(name)).collect::<Result<Vec<_>, _>>()?;
+        let unfilmed =
+            |_: &Path| Err(MeasuredError::new(path, None, "it names files where speeds are expected".into()));
+        Self::read_with(path, unfilmed)
+    }
+
+    /// Reads a table of speeds, or of files that show the runs: a column `file` in place of the speeds, with paths that begin where
+    /// the table is. `filmed` tells their speeds.
+    ///
+    /// # Errors
+    /// It cannot be read, a column is missing, a cell is not a number, or those of `filmed`.
+    pub fn read_with<E: From<MeasuredError>>(
+        path: &Path,
+        mut filmed: impl FnMut(&Path) -> Result<[f64; 3], E>,
+    ) -> Result<Self, E> {
+        let table = Table::open(path)?;
+        let directory = path.parent().unwrap_or(Path::new(""));
         let mut rows = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| wrong(error.position().map(csv::Position::line), error.to_string()))?;
-            let line = record.position().map(csv::Position::line);
-            let number = |column: usize| match record.get(places[column]).unwrap_or("") {
-                "" => Ok(None),
-                text => match text.parse::<f64>() {
-                    Ok(value) if value.is_finite() => Ok(Some(value)),
-                    _ => Err(wrong(line, format!("{}: `{text}` is not a finite number", COLUMNS[column]))),
-                },
+        for (line, cells) in &table.lines {
+            let number = |column: &str| table.number(column, *line, cells);
+            let (Some(f_hz), Some(alpha_deg)) = (number(F)?, number(ALPHA)?) else {
+                return Err(table.wrong(Some(*line), "f_hz and alpha_deg must be given".into()).into());
             };
-            let (Some(f_hz), Some(alpha_deg)) = (number(0)?, number(1)?) else {
-                return Err(wrong(line, "f_hz and alpha_deg must be given".into()));
+            let speeds = match table.cell(FILE, cells) {
+                Some("") => return Err(table.wrong(Some(*line), "file must be given".into()).into()),
+                Some(file) => filmed(&directory.join(file))?.map(Some),
+                None => [number(SPEEDS[0])?, number(SPEEDS[1])?, number(SPEEDS[2])?],
             };
-            rows.push(MeasuredRun { f_hz, alpha_deg, speeds: [number(2)?, number(3)?, number(4)?] });
+            rows.push(MeasuredRun { f_hz, alpha_deg, speeds });
         }
         if rows.is_empty() {
-            return Err(wrong(None, "has no rows".into()));
+            return Err(table.wrong(None, "has no rows".into()).into());
         }
         Ok(Self { rows })
+    }
+
+    /// These runs and further ones.
+    #[must_use]
+    pub fn and(mut self, further: Self) -> Self {
+        self.rows.extend(further.rows);
+        self
     }
 
     /// Over the repeats of a condition.
@@ -80,6 +103,14 @@ impl Measured {
     pub fn speed(&self, f_hz: f64, alpha_deg: f64, component: Component) -> Stat {
         let here = |row: &&MeasuredRun| (row.f_hz - f_hz).abs() < 1e-9 && (row.alpha_deg - alpha_deg).abs() < 1e-9;
         Stat::of(self.rows.iter().filter(here).map(|row| row.speeds[component as usize]))
+    }
+
+    /// The same, with how many repeats have the number.
+    #[must_use]
+    pub fn repeats(&self, f_hz: f64, alpha_deg: f64, component: Component) -> (Stat, usize) {
+        let here = |row: &&MeasuredRun| (row.f_hz - f_hz).abs() < 1e-9 && (row.alpha_deg - alpha_deg).abs() < 1e-9;
+        let count = self.rows.iter().filter(here).filter(|row| row.speeds[component as usize].is_some()).count();
+        (self.speed(f_hz, alpha_deg, component), count)
     }
 
     /// Largest |mean| of all conditions: the denominator of (5.1).
@@ -99,6 +130,59 @@ impl Measured {
             }
         }
         found
+    }
+}
+
+/// A table's cells.
+struct Table<'a> {
+    path: &'a Path,
+    header: Vec<String>,
+    /// With the line they stand in.
+    lines: Vec<(u64, Vec<String>)>,
+}
+
+impl<'a> Table<'a> {
+    /// Reads all cells, and checks that the columns are there.
+    fn open(path: &'a Path) -> Result<Self, MeasuredError> {
+        let wrong = |line, problem: String| MeasuredError::new(path, line, problem);
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_path(path)
+            .map_err(|error| wrong(None, format!("cannot be read: {error}")))?;
+        let header = reader.headers().map_err(|error| wrong(Some(1), error.to_string()))?;
+        let header: Vec<String> = header.iter().map(str::to_owned).collect();
+        let there = |name: &str| header.iter().any(|cell| cell == name);
+        let speeds = if there(FILE) { &[][..] } else { &SPEEDS[..] };
+        if let Some(missing) = [F, ALPHA].iter().chain(speeds).find(|name| !there(name)) {
+            return Err(wrong(Some(1), format!("there is no column {missing}")));
+        }
+        let mut lines = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|error| wrong(error.position().map(csv::Position::line), error.to_string()))?;
+            let line = record.position().map_or(0, csv::Position::line);
+            lines.push((line, record.iter().map(str::to_owned).collect()));
+        }
+        Ok(Self { path, header, lines })
+    }
+
+    fn wrong(&self, line: Option<u64>, problem: String) -> MeasuredError {
+        MeasuredError::new(self.path, line, problem)
+    }
+
+    /// A cell, empty where a line ends before it; none without such a column.
+    fn cell<'c>(&self, column: &str, cells: &'c [String]) -> Option<&'c str> {
+        let place = self.header.iter().position(|name| name == column)?;
+        Some(cells.get(place).map_or("", String::as_str))
+    }
+
+    fn number(&self, column: &str, line: u64, cells: &[String]) -> Result<Option<f64>, MeasuredError> {
+        match self.cell(column, cells).unwrap_or("") {
+            "" => Ok(None),
+            text => match text.parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(Some(value)),
+                _ => Err(self.wrong(Some(line), format!("{column}: `{text}` is not a finite number"))),
+            },
+        }
     }
 }
 

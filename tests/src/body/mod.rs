@@ -19,6 +19,7 @@ pub mod peer;
 pub mod processor;
 pub mod rate;
 pub mod reference;
+pub mod robots;
 pub mod scaling;
 pub mod stopwatch;
 pub mod sweep;
@@ -58,19 +59,30 @@ impl PeerSetup {
 }
 
 /// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
-pub const SLOW: [&str; 7] =
-    ["hundred-backbones", "same-law", "corrected", "rate", "equal-error", "sweep", "instructions"];
+pub const SLOW: [&str; 9] = [
+    "hundred-backbones",
+    "two-robots",
+    "twelve-robots",
+    "same-law",
+    "corrected",
+    "rate",
+    "equal-error",
+    "sweep",
+    "instructions",
+];
 
 /// One campaign: its name, and what makes its rows.
 pub type Campaign = (&'static str, fn(&PeerSetup) -> Vec<FigureRow>);
 
 /// Every campaign with its name for `--only`.
-pub const CAMPAIGNS: [Campaign; 19] = [
+pub const CAMPAIGNS: [Campaign; 21] = [
     ("oscillation", oscillation::rows),
     ("paths", paths::rows),
     ("air", air::rows),
     ("six-backbones", backbone::quick_rows),
     ("hundred-backbones", backbone::rows),
+    ("two-robots", robots::quick_rows),
+    ("twelve-robots", robots::rows),
     ("law-of-the-feet", own_law::quick_rows),
     ("same-law", own_law::rows),
     ("speeds", walking::rows),

@@ -49,6 +49,19 @@ pub struct Law {
     pub shear_n_per_m: f64,
     /// N·s/m.
     pub shear_n_s_per_m: f64,
+    /// What makes it another law than the simulator's.
+    pub other: Option<OtherLaw>,
+}
+
+/// What makes a law of the feet another one than the simulator's.
+#[derive(Clone, Copy, Debug)]
+pub struct OtherLaw {
+    /// Power of the depth with which a foot's load grows; 1 is the simulator's, 3/2 a sphere's.
+    pub exponent: f64,
+    /// How much higher friction is at rest, share.
+    pub excess: f64,
+    /// Speed of sliding over which that falls, m/s.
+    pub speed_m_per_s: f64,
 }
 
 /// What the program prints.
@@ -101,6 +114,8 @@ impl Multibody {
         if let Some(law) = run.law {
             let numbers = [law.normal_n_per_m, law.normal_s_per_m, law.shear_n_per_m, law.shear_n_s_per_m];
             words.extend(numbers.iter().map(ToString::to_string));
+            let other = law.other.map(|other| [other.exponent, other.excess, other.speed_m_per_s]);
+            words.extend(other.iter().flatten().map(ToString::to_string));
         }
         // MuJoCo leaves a log of its warnings where it runs.
         let at = self.program.parent().unwrap_or(Path::new("."));
@@ -134,12 +149,27 @@ impl Multibody {
     ///
     /// # Errors
     /// The program fails.
-    pub fn speeds(&self, (plan, model): (&Plan, &Path), frequency_hz: f64, step_s: f64) -> Result<[f64; 3], PeerError> {
+    pub fn speeds(&self, robot: (&Plan, &Path), frequency_hz: f64, step_s: f64) -> Result<[f64; 3], PeerError> {
+        self.speeds_under(None, robot, frequency_hz, step_s)
+    }
+
+    /// The same under another law of the feet.
+    ///
+    /// # Errors
+    /// The program fails.
+    pub fn speeds_under(
+        &self,
+        other: Option<OtherLaw>,
+        (plan, model): (&Plan, &Path),
+        frequency_hz: f64,
+        step_s: f64,
+    ) -> Result<[f64; 3], PeerError> {
         let law = plan.contact.as_ref().map(|contact| Law {
             normal_n_per_m: contact.normal_stiffness,
             normal_s_per_m: contact.normal_damping,
             shear_n_per_m: contact.shear_stiffness,
             shear_n_s_per_m: contact.shear_damping,
+            other,
         });
         let run = Run { model, frequency_hz, length_s: 2.0, sample_s: SAMPLE_S, law };
         let path = self.limit(run, step_s)?;

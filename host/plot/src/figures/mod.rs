@@ -4,6 +4,7 @@ mod heat;
 mod lines;
 mod maps;
 mod paths;
+mod speeds;
 
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
@@ -11,6 +12,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 pub use maps::{Figure, draw};
+pub use speeds::speeds_svg;
 
 /// Ink of axes and text.
 const INK: RGBColor = RGBColor(40, 40, 40);

@@ -17,6 +17,7 @@ mod pair;
 mod push;
 mod replay;
 mod run_directory;
+mod runs;
 mod settings;
 mod sim;
 mod sweep;

@@ -12,8 +12,8 @@ use serde::Serialize;
 
 use super::super::run_directory::IDENTIFIED;
 use super::super::{Common, Done, print, print_json, say, table, write};
-use super::ROBOT;
 use super::capture::CaptureArgs;
+use super::{ROBOT, short};
 
 /// Find a backbone's stiffness and damping from its free oscillations (thesis section 3.1)
 ///
@@ -236,10 +236,4 @@ fn facts(fit: &BackboneFit) -> String {
     let [x, y, z] = fit.inertia_kg_m2.map(|inertia| format!("{:.3} g·cm²", 1e7 * inertia));
     rows.push(("stiffness is against", format!("{x}, {y}, {z} about x, y, z: check the end's mass and size")));
     table::facts(rows)
-}
-
-/// Four digits.
-fn short(value: f64) -> String {
-    let decimals = (3 - value.abs().max(1e-30).log10().floor() as i32).clamp(0, 12) as usize;
-    if (1e-3..1e4).contains(&value.abs()) { format!("{value:.decimals$}") } else { format!("{value:.3e}") }
 }

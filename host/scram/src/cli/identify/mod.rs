@@ -2,7 +2,9 @@
 
 mod backbone;
 mod capture;
+mod motor;
 pub mod potentiometer;
+mod robot;
 
 use clap::Subcommand;
 
@@ -16,6 +18,8 @@ const ROBOT: &str = "robot.toml";
 pub enum Identify {
     Potentiometer(potentiometer::Potentiometer),
     Backbone(backbone::Backbone),
+    Motor(motor::Motor),
+    Robot(robot::RobotCommand),
 }
 
 impl Identify {
@@ -23,6 +27,17 @@ impl Identify {
         match self {
             Self::Potentiometer(command) => command.run(),
             Self::Backbone(command) => command.run(),
+            Self::Motor(command) => command.run(),
+            Self::Robot(command) => command.run(),
         }
     }
+}
+
+/// Four digits.
+fn short(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    if (1e-3..1e4).contains(&value.abs()) { format!("{value:.decimals$}") } else { format!("{value:.3e}") }
 }

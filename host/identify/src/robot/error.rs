@@ -1,0 +1,38 @@
+//! Why speeds give no parameters.
+
+use std::path::PathBuf;
+
+use miette::Diagnostic;
+use sweep::AxisError;
+use thiserror::Error;
+
+/// Why there is no fit.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RobotError {
+    /// The robot file cannot be varied.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Robot(#[from] AxisError),
+    /// The table has too few conditions.
+    #[error("{conditions} conditions with a speed, of {least} at least")]
+    #[diagnostic(help("measure at other frequencies and α: f_hz and alpha_deg are a condition"))]
+    TooFew {
+        /// How many there are.
+        conditions: usize,
+        /// How many there must be.
+        least: usize,
+    },
+    /// Nothing can be simulated.
+    #[error("the robot file's own numbers cannot be simulated: {0}")]
+    #[diagnostic(help("scram sweep --drive exact says what is wrong with which condition"))]
+    CannotRun(String),
+    /// What was evaluated cannot be kept.
+    #[error("{}: {problem}", path.display())]
+    #[diagnostic(help("remove the file to begin anew"))]
+    Cache {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+}

@@ -1,0 +1,83 @@
+//! Mean speeds of bodies under conditions.
+
+use common::conventions::omega_from_frequency;
+use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings, Track};
+use rayon::prelude::*;
+
+/// How conditions are run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// Speeds are those between these times, s.
+    pub from_s: f64,
+    /// See `from_s`.
+    pub to_s: f64,
+    /// Integration step, s.
+    pub step_s: f64,
+}
+
+/// Between two looks at the heading, s.
+const LOOK_S: f64 = 0.05;
+/// Bodies side by side: the lanes of a register in single precision.
+const TOGETHER: usize = 8;
+
+/// Longitudinal and lateral speed, mm/s, and yaw, °/s, of every body under every condition (f in Hz, positive clockwise; α in degrees);
+/// none for a body of which a run blew up or cannot be stepped.
+#[must_use]
+pub fn speeds(plans: &[Option<Plan>], conditions: &[(f64, f64)], run: Run) -> Vec<Option<Vec<[f64; 3]>>> {
+    let trials: Vec<(Plan, f64)> = plans
+        .iter()
+        .flatten()
+        .flat_map(|plan| conditions.iter().map(|(f, alpha)| (rolled(plan, *alpha), omega_from_frequency(*f))))
+        .collect();
+    let all: Vec<Option<[f64; 3]>> = trials.par_chunks(TOGETHER).flat_map_iter(|some| together(some, run)).collect();
+    let mut each = all.chunks(conditions.len().max(1));
+    plans
+        .iter()
+        .map(|plan| plan.as_ref().and(each.next()).and_then(|speeds| speeds.iter().copied().collect()))
+        .collect()
+}
+
+/// Backbone b rolled by b·α, as α of a robot file.
+#[must_use]
+pub fn rolled(plan: &Plan, alpha_deg: f64) -> Plan {
+    let mut plan = plan.clone();
+    for (b, backbone) in plan.backbones.iter_mut().enumerate() {
+        backbone.roll = (b + 1) as f64 * alpha_deg.to_radians();
+    }
+    plan
+}
+
+fn together(trials: &[(Plan, f64)], run: Run) -> Vec<Option<[f64; 3]>> {
+    let plans: Vec<Plan> = trials.iter().map(|(plan, _)| plan.clone()).collect();
+    let settings = Settings { step_s: run.step_s, precision: Precision::Single };
+    let Ok(mut bodies) = Ensemble::new(&plans, settings) else {
+        // One that cannot be stepped must not take the others with it.
+        return if trials.len() == 1 {
+            vec![None]
+        } else {
+            trials.iter().flat_map(|one| together(std::slice::from_ref(one), run)).collect()
+        };
+    };
+    let drives: Vec<Drive> = trials.iter().map(|(_, speed)| Drive::Phase { speed: *speed }).collect();
+    let mut tracks: Vec<Track> =
+        plans.into_iter().map(|plan| Track { plan, snapshots: Vec::new(), energy_j: Vec::new() }).collect();
+    let steps = |seconds: f64| (seconds / run.step_s).round() as usize;
+    let looks = ((run.to_s - run.from_s) / LOOK_S).round().max(1.0) as usize;
+    bodies.advance(steps(run.from_s), &drives);
+    for look in 0..=looks {
+        if look > 0 {
+            bodies.advance(steps(LOOK_S), &drives);
+        }
+        for (body, track) in tracks.iter_mut().enumerate() {
+            track.snapshots.push(bodies.snapshot(body));
+        }
+    }
+    tracks.iter().map(mean).collect()
+}
+
+fn mean(track: &Track) -> Option<[f64; 3]> {
+    let times = track.snapshots.first()?.time_s..track.snapshots.last()?.time_s;
+    let speeds = track.speeds(times.start, times.end)?;
+    let all = [1e3 * speeds.longitudinal, 1e3 * speeds.lateral, speeds.yaw.to_degrees()];
+    all.iter().all(|speed| speed.is_finite()).then_some(all)
+}
