@@ -1,5 +1,5 @@
-//! What the crates of the host share: angles on the circle, order statistics, files that are written whole, and the
-//! conventions of units and signs towards people.
+//! What the crates of the host share: angles on the circle, order statistics, files that are written whole, how progress is
+//! told, and the conventions of units and signs towards people.
 //!
 //! ```
 //! use common::conventions::{degrees, frequency_from_omega};
@@ -27,3 +27,6 @@ pub mod statistics;
 
 pub use angle::wrap;
 pub use statistics::{median, quantile};
+
+/// Is told what is being done (a word or two) and the share done, 0 … 1.
+pub type Progress = std::sync::Arc<dyn Fn(&str, f64) + Send + Sync>;

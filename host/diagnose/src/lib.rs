@@ -92,6 +92,7 @@ use search::Candidate;
 use selection::Selection;
 use session::Session;
 
+pub use common::Progress;
 pub use experiment::{Experiment, Piece, Separation, design_experiment};
 pub use extend::extend;
 pub use motor::{Known, MotorFit, MotorNumber, identify_motor};
@@ -100,9 +101,6 @@ pub use verdict::{
     CandidateEvidence, Cause, Detail, Diagnosis, FittedParameter, Gain, LeftOver, Limit, Misfit, MisfitBin,
     MisfitCurve, MissingTerm, RigDoubt, RolloutError, RolloutTrace, RunUse, TermKind, TermPoint, TraceSample, Verdict,
 };
-
-/// Is told what is being done (a word or two) and the share done, 0 … 1.
-pub type Progress = std::sync::Arc<dyn Fn(&str, f64) + Send + Sync>;
 
 /// How to diagnose.
 #[derive(Clone)]

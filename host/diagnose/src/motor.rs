@@ -12,7 +12,7 @@ use super::fit::Fit;
 use super::nominal::FileModel;
 use super::numbers::Number;
 use super::search::{Candidate, ROUNDS, TOLERANCE, Wanted, best, try_all};
-use super::selection::Selection;
+use super::selection::{REACHES, Selection};
 use super::session::Session;
 use super::verdict::FittedParameter;
 use super::{
@@ -76,14 +76,12 @@ const RICHER_PAYS: f64 = 0.02;
 const KNOWN_TO: f64 = 0.02;
 /// A number whose interval is wider, as a ratio of its ends, is not told: the file's own beliefs are about so wide.
 const TOLD: f64 = 1.3;
-/// Error over the noise beyond which the model lacks more than friction.
-const LACKS: f64 = 1.12;
 
 impl MotorFit {
     /// Whether the model misses the held-out runs by more than a motor with friction explains: a diagnosis finds what it is.
     #[must_use]
     pub fn lacks_more(&self) -> bool {
-        self.after_rad > LACKS * self.noise_rad
+        self.after_rad > REACHES * self.noise_rad
     }
 }
 
@@ -188,7 +186,7 @@ fn written(robot: &Robot, session: &Session, model: &Candidate) -> MotorFit {
     }
 }
 
-/// Told is what lies within a narrow ratio, or is as good as nothing.
+/// Told is what lies within a narrow ratio.
 fn is_told(one: &FittedParameter) -> bool {
     one.low > 0.0 && one.high / one.low <= TOLD
 }

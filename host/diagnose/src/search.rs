@@ -150,15 +150,15 @@ pub fn models(
     before: &[Candidate],
     asks: &Asks,
 ) -> Vec<Candidate> {
-    let (first, others) = promising(proposals);
+    let (first, mut others) = promising(proposals);
     let mut candidates = alone(session, baseline, &first, f64::INFINITY, asks.done);
     from_before(session, &mut candidates, before);
     if !(asks.enough)(&candidates) {
         add_pairs(session, baseline, &mut candidates, asks);
         let reached = best(&candidates).filter(|best| reaches(floor(session, &candidates), baseline, best));
         let least = reached.map_or(f64::INFINITY, |best| session.coarse_cost(&best.fit));
-        let tried = |one: &&&Proposal| candidates.iter().any(|tried| tried.effects == [one.effect]);
-        let others: Vec<&Proposal> = others.iter().filter(|one| !tried(one)).copied().collect();
+        // A pair's effects may have been tried alone since.
+        others.retain(|one| candidates.iter().all(|tried| tried.effects != [one.effect]));
         candidates.extend(alone(session, baseline, &others, least, asks.done));
         from_before(session, &mut candidates, before);
         level(session, &mut candidates);

@@ -10,7 +10,7 @@ use super::search::Candidate;
 use super::verdict::Verdict;
 
 /// A model whose held-out error is within this factor of the noise floor has reached it.
-const REACHES: f64 = 1.12;
+pub(super) const REACHES: f64 = 1.12;
 /// The same for a pair of effects.
 const PAIR_REACHES: f64 = 1.06;
 /// What explains a misfit removes at least this share of its excess over the floor (mean square), however near the floor is.

@@ -12,3 +12,6 @@ pub mod capture;
 mod least_squares;
 pub mod potentiometer;
 pub mod robot;
+
+/// Deviations to either end of a 90 % interval.
+const Z90: f64 = 1.645;

@@ -101,16 +101,15 @@ impl Measured {
     /// Over the repeats of a condition.
     #[must_use]
     pub fn speed(&self, f_hz: f64, alpha_deg: f64, component: Component) -> Stat {
-        let here = |row: &&MeasuredRun| (row.f_hz - f_hz).abs() < 1e-9 && (row.alpha_deg - alpha_deg).abs() < 1e-9;
-        Stat::of(self.rows.iter().filter(here).map(|row| row.speeds[component as usize]))
+        self.repeats(f_hz, alpha_deg, component).0
     }
 
     /// The same, with how many repeats have the number.
     #[must_use]
     pub fn repeats(&self, f_hz: f64, alpha_deg: f64, component: Component) -> (Stat, usize) {
         let here = |row: &&MeasuredRun| (row.f_hz - f_hz).abs() < 1e-9 && (row.alpha_deg - alpha_deg).abs() < 1e-9;
-        let count = self.rows.iter().filter(here).filter(|row| row.speeds[component as usize].is_some()).count();
-        (self.speed(f_hz, alpha_deg, component), count)
+        let speeds = || self.rows.iter().filter(here).map(|row| row.speeds[component as usize]);
+        (Stat::of(speeds()), speeds().flatten().count())
     }
 
     /// Largest |mean| of all conditions: the denominator of (5.1).

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::oscillation::Oscillation;
 use super::rig::{Gravity, Hinges, Release, Rig, START, between, of_axis, widest};
 use super::{BackboneError, FIELDS, start};
+use crate::Z90;
 use crate::least_squares::{Minimum, Residuals, minimise};
 
 /// How to identify.
@@ -100,8 +101,6 @@ const OUTLIER: f64 = 6.0;
 /// Offsets of a run, about x, y, z, rad; no more than `OFFSET`.
 const OFFSETS: usize = 3;
 const OFFSET: f64 = 0.5;
-/// Of the normal distribution, for 90 %.
-const Z90: f64 = 1.645;
 const STEPS: usize = 40;
 
 /// Finds stiffness and damping from some runs and judges them on others.

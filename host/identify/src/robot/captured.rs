@@ -1,7 +1,8 @@
 //! Mean speeds of a robot that was filmed.
 
-use super::super::capture::Body;
-use hal_sim::robot::wrap;
+use common::wrap;
+
+use crate::capture::Body;
 
 /// How a robot lies in what was filmed of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -10,6 +11,8 @@ pub struct Placement {
     pub ahead_rad: f64,
 }
 
+/// Frames so near in time are one.
+const SAME_S: f64 = 1e-6;
 /// Frames that say how the robot stood before it was filmed walking.
 const AT_REST: usize = 5;
 
@@ -48,7 +51,10 @@ fn poses(body: &Body, rear: Option<&Body>, placement: Placement) -> Vec<Pose> {
         let [x, y, _] = body.position[k];
         let (x, y, heading) = match rear {
             Some(rear) => {
-                let k = rear.t_s.iter().position(|t| (t - body.t_s[k]).abs() < 1e-6)?;
+                let of_body = body.t_s[k];
+                // Times increase: the frame at this time is the first that is not before it.
+                let k = rear.t_s.partition_point(|t| *t <= of_body - SAME_S);
+                rear.t_s.get(k).filter(|t| (*t - of_body).abs() < SAME_S)?;
                 let [rx, ry, _] = rear.position[k];
                 (0.5 * (x + rx), 0.5 * (y + ry), (y - ry).atan2(x - rx))
             }

@@ -24,7 +24,7 @@ pub enum RobotError {
     },
     /// Nothing can be simulated.
     #[error("the robot file's own numbers cannot be simulated: {0}")]
-    #[diagnostic(help("scram sweep --drive exact says what is wrong with which condition"))]
+    #[diagnostic(help("scram sweep --drive ideal says what is wrong with which condition"))]
     CannotRun(String),
     /// What was evaluated cannot be kept.
     #[error("{}: {problem}", path.display())]

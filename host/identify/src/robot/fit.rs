@@ -1,8 +1,8 @@
 //! The most probable numbers given a table of speeds and what is believed of them.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
+pub use common::Progress;
 use hal_sim::random::{Source, Stream};
 use nalgebra::{DMatrix, DVector};
 use robot_file::edit::Document;
@@ -16,9 +16,6 @@ use super::posterior::Posterior;
 use super::table::{Held, Table};
 use super::walk::Run;
 use crate::least_squares::{Minimum, minimise};
-
-/// Is told what is being done and the share done, 0 … 1.
-pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
 /// How to identify.
 #[derive(Clone)]

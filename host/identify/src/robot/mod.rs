@@ -1,4 +1,4 @@
-//! The numbers that decide a walk, from mean speeds over conditions: thesis section 3.3, with (3.2) reported beside what is minimised.
+//! The numbers that decide a walk, from mean speeds over conditions: thesis section 3.3, with its loss (3.2) reported beside what is minimised.
 //!
 //! What nobody can measure one by one (the hinges, the feet's law and each foot's friction, the eccentric's weight and height, where the
 //! courier's weight lies) is looked for by its effect on three speeds under every condition. There are more numbers than such a table
@@ -11,9 +11,11 @@
 //! 2. `numbers`: which numbers, and what is believed of them;
 //! 3. `fit`: sets drawn from the belief are tried; the most probable are followed down by Levenberg and Marquardt, with speeds that count
 //!    little at first and fewer sets from stage to stage, for a table has several valleys;
-//! 4. `outcome`: intervals from the curvature, widened where the model leaves more than the repeats scatter by.
+//! 4. `ensemble`: from the lowest of them to where the speeds count in full;
+//! 5. `outcome`: intervals from the curvature, widened where the model leaves more than the repeats scatter by, and no narrower than
+//!    other valleys and the ensembles' members lie apart.
 //!
-//! The eccentric turns at exactly the condition's frequency, as in `scram sweep --drive exact`.
+//! The eccentric turns at exactly the condition's frequency, as in `scram sweep --drive ideal --phase-noise 0`.
 
 mod cache;
 mod captured;

@@ -1,11 +1,13 @@
 //! Which numbers of a robot file are looked for, and what is believed of each.
 
+use effects::Id;
 use hal_sim::body::Plan;
 use robot_file::edit::Document;
 use robot_file::robot::Quantity;
 use sweep::{AxisError, VariantBuilder};
 
 use super::RobotError;
+use crate::Z90;
 
 /// Numbers of the file that a walk depends on and nobody knows: in the order of what they are of.
 const OF_THE_FILE: [&str; 13] = [
@@ -24,27 +26,9 @@ const OF_THE_FILE: [&str; 13] = [
     "feet.shear_n_s_per_m",
 ];
 /// Effects that make a robot uneven, with what is believed of them where the file has none: value, ends, of each key.
-const UNEVEN: [(&str, [f64; 3], &[&str]); 2] = [
-    ("payload_offset", [0.0, -0.003, 0.003], &["x_m", "y_m", "z_m"]),
-    (
-        "foot_friction",
-        [1.0, 0.85, 1.18],
-        &[
-            "left_1_share",
-            "right_1_share",
-            "left_2_share",
-            "right_2_share",
-            "left_3_share",
-            "right_3_share",
-            "left_4_share",
-            "right_4_share",
-        ],
-    ),
-];
+const UNEVEN: [(&str, [f64; 3]); 2] = [("payload_offset", [0.0, -0.003, 0.003]), ("foot_friction", [1.0, 0.85, 1.18])];
 /// How high the courier's weight lies cannot be told from its tilting modules' stiffness: it is not looked for.
 const LEFT_ALONE: &str = "effects.payload_offset.z_m";
-/// A spread's ends are those of a 90 % interval.
-pub const Z90: f64 = 1.645;
 
 /// A number and what is believed of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,15 +74,16 @@ impl Numbers {
     pub fn new(document: &Document, uneven: bool) -> Result<Self, RobotError> {
         let mut document = document.clone();
         if uneven {
-            for (effect, [value, low, high], keys) in UNEVEN {
-                let known =
-                    document.robot().is_ok_and(|robot| robot.effects.listed().any(|id| id.spec().name == effect));
-                if !known {
-                    let source = "scram identify robot: what is believed before".to_owned();
-                    let quantity = Quantity { value, low, high, source };
-                    let quantities: Vec<(&str, Quantity)> = keys.iter().map(|key| (*key, quantity.clone())).collect();
-                    document.set_effect(effect, &quantities).map_err(|error| refused(&error))?;
-                }
+            let robot = document.robot().map_err(|error| refused(&error))?;
+            for (effect, [value, low, high]) in UNEVEN {
+                let Some(id) = Id::of(effect).filter(|id| robot.effects.listed().all(|listed| listed != *id)) else {
+                    continue;
+                };
+                let source = "scram identify robot: what is believed before".to_owned();
+                let quantity = Quantity { value, low, high, source };
+                let keys = id.spec().parameters.iter().map(|parameter| parameter.key);
+                let quantities: Vec<(&str, Quantity)> = keys.map(|key| (key, quantity.clone())).collect();
+                document.set_effect(effect, &quantities).map_err(|error| refused(&error))?;
             }
         }
         let robot = document.robot().map_err(|error| refused(&error))?;

@@ -8,9 +8,10 @@ use robot_file::robot::Quantity;
 use serde::Serialize;
 
 use super::RobotError;
-use super::numbers::{Number, Numbers, Z90};
+use super::numbers::{Number, Numbers};
 use super::posterior::Posterior;
 use super::table::Table;
+use crate::Z90;
 use crate::least_squares::Minimum;
 
 /// One of the numbers.

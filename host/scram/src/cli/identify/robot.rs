@@ -16,7 +16,7 @@ use super::super::{Common, Done, print, print_json, say, table, write};
 use super::capture::CaptureArgs;
 use super::{ROBOT, short};
 
-/// Find what of a robot decides how it walks, from its measured speeds (thesis section 3.2)
+/// Find what of a robot decides how it walks, from its measured speeds (thesis section 3.3)
 ///
 /// Stiffness and damping of the hinges, the feet's law and friction, the eccentric's mass and height, and with --uneven an off-centre
 /// weight and each foot's own friction, are looked for by what they do to three mean speeds under every condition. The robot file's spreads are what is believed before; what the
