@@ -323,6 +323,12 @@ pub trait Effect: Copy + Debug + PartialEq + Sized + 'static {
         1.0
     }
 
+    /// Share of a foot's load that is carried as by a sphere (0 … 1), and the load (N) at which it sinks as deep as a linear spring.
+    #[must_use]
+    fn sphere(&self) -> [f64; 2] {
+        [0.0, 1.0]
+    }
+
     /// Direction of gravity, a unit vector in the ground's frame, of one on level ground.
     #[inline]
     #[must_use]

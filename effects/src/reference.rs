@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::catalogue::Id;
+use crate::spec::{Parameter, Spec};
 
 /// Every effect with its law, source, parameters and what it is mistaken for, as Markdown.
 #[must_use]
@@ -26,18 +27,14 @@ fn write_effect(text: &mut String, id: Id) {
     if !spec.acts.on_the_ground() {
         let _ = writeln!(text, "* Its misfit shows in `{}`.", spec.shows_in.name());
     }
-    if !spec.acts.on_the_ground() && !spec.candidate {
+    if !spec.candidate {
         let _ =
             writeln!(text, "* The diagnosis tries it where the file lacks it only if asked to: `--try {}`.", spec.name);
     }
     for contained in spec.contains {
         let _ = writeln!(text, "* It contains `{contained}` and takes its place.");
     }
-    text.push_str("\n| key | allowed | meaning |\n|---|---|---|\n");
-    for parameter in spec.parameters {
-        let (low, high) = (parameter.low, parameter.high);
-        let _ = writeln!(text, "| `{}` | {low} … {high} | {} |", parameter.key, cell(parameter.meaning));
-    }
+    write_keys(text, spec);
     if !spec.mistaken_for.is_empty() {
         text.push_str("\n| mistaken for | when | what tells them apart |\n|---|---|---|\n");
     }
@@ -45,6 +42,22 @@ fn write_effect(text: &mut String, id: Id) {
         let _ = writeln!(text, "| `{}` | {} | {} |", other.with, other.when, other.experiment);
     }
     text.push('\n');
+}
+
+/// The table of keys; on the ground with what is believed of each where a file lacks the effect.
+// Writing into a String cannot fail.
+fn write_keys(text: &mut String, spec: &Spec) {
+    let believed = spec.acts.on_the_ground();
+    let (title, rule) = if believed { (" before anything is measured |", "---|") } else { ("", "") };
+    let _ = write!(text, "\n| key | allowed |{title} meaning |\n|---|---|{rule}---|\n");
+    for Parameter { key, meaning, low, high, belief, .. } in spec.parameters {
+        let belief = match belief.filter(|_| believed) {
+            Some([value, low, high]) if low == high => format!(" {value}, held |"),
+            Some([value, low, high]) => format!(" {value} ({low} … {high}) |"),
+            None => String::new(),
+        };
+        let _ = writeln!(text, "| `{key}` | {low} … {high} |{belief} {} |", cell(meaning));
+    }
 }
 
 /// A bar would end the cell of a table.

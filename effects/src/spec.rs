@@ -21,8 +21,8 @@ pub struct Spec {
     pub acts: Acts,
     /// The coordinate in which its misfit shows most.
     pub shows_in: Coordinate,
-    /// Whether the diagnosis of a shaft tries it where the file lacks it, without being asked to. One that is in the file is
-    /// part of its model either way.
+    /// Whether a diagnosis (of a shaft; of a walk, where it acts on the ground) tries it where the file lacks it, without being asked
+    /// to. One that is in the file is part of its model either way.
     pub candidate: bool,
     /// Effects that it contains as a special case: they are not listed beside it, and it takes their place.
     pub contains: &'static [&'static str],
@@ -47,19 +47,29 @@ pub struct Parameter {
     pub high: f64,
     /// Scaled by the factor by which a specimen's drag differs from the file's.
     pub drag: bool,
+    /// What is believed of it, in the key's unit, where a robot may have the effect and nothing more is known: value and the ends of a
+    /// 90 % interval. With the value at the lower end and 0, the effect is absent there, and how much of it there may be is one half of
+    /// a normal distribution; with both ends at the value it is held.
+    pub belief: Option<[f64; 3]>,
 }
 
 impl Parameter {
     /// A key with its meaning and allowed range, in the key's unit.
     #[must_use]
     pub const fn new(key: &'static str, meaning: &'static str, low: f64, high: f64) -> Self {
-        Self { key, meaning, low, high, drag: false }
+        Self { key, meaning, low, high, drag: false, belief: None }
     }
 
     /// The same for a friction, which scales with a specimen's drag.
     #[must_use]
     pub const fn drag(key: &'static str, meaning: &'static str, low: f64, high: f64) -> Self {
-        Self { key, meaning, low, high, drag: true }
+        Self { key, meaning, low, high, drag: true, belief: None }
+    }
+
+    /// The same with what is believed of it before anything is measured: value, and the ends of a 90 % interval.
+    #[must_use]
+    pub const fn believed(self, value: f64, low: f64, high: f64) -> Self {
+        Self { belief: Some([value, low, high]), ..self }
     }
 
     /// Whether the key is in degrees; the law's value is in radians then, and else in the key's own unit.

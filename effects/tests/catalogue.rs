@@ -235,7 +235,15 @@ fn what_an_effect_says_of_others_is_true() {
         for name in spec.contains.iter().chain(spec.mistaken_for.iter().map(|other| &other.with)) {
             assert!(Id::of(name).is_some_and(|other| other != id), "{}: {name}", spec.name);
         }
-        assert!(!spec.candidate || !id.fit(&SIZES).is_empty(), "{}: nothing to try", spec.name);
+        if spec.acts.on_the_ground() {
+            assert!(spec.parameters.iter().all(|one| one.belief.is_some()), "{}: nothing believed", spec.name);
+        } else {
+            assert!(!spec.candidate || !id.fit(&SIZES).is_empty(), "{}: nothing to try", spec.name);
+        }
+        let beliefs = spec.parameters.iter().filter_map(|one| Some((one, one.belief?)));
+        for (key, [value, low, high]) in beliefs {
+            assert!(key.low <= low && low <= value && value <= high && high <= key.high, "{}: {}", spec.name, key.key);
+        }
         assert!(effects::PLANNED.iter().all(|name| Id::of(name).is_none()), "planned, and there");
         assert!(!spec.source.is_empty() && !spec.law.is_empty() && !spec.parameters.is_empty(), "{}", spec.name);
         assert!(spec.parameters.iter().all(|one| one.low < one.high), "{}: a range", spec.name);
@@ -248,6 +256,7 @@ fn without_effects_nothing_changes() {
     assert_eq!((none.duty(0.3), none.friction_level(0.0, 5.0, 1.0), none.torque(1.0)), (0.3, 0.0, 0.0));
     assert_eq!((none.reading_error(1.0), none.reading_age(), none.supply_resistance()), (0.0, 0.0, 0.0));
     assert_eq!((none.friction_factor(0.1, 0.2), none.lateral_share(), none.down()), (1.0, 1.0, [0.0, 0.0, -1.0]));
+    assert_eq!(none.sphere(), [0.0, 1.0]);
     assert_eq!((none.presliding(), none.bridge()), (None, effects::BridgeDrop::default()));
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use robot_file::angle_code::AdcCurve;
 use robot_file::robot;
 
-use crate::random::{Source, Stream};
+use crate::random::{Seeds, Source, Stream};
 
 /// Most conversions in a tick.
 pub const MAX_CONVERSIONS: usize = 32;
@@ -56,7 +56,14 @@ impl Adc {
     /// From the file: nominal values, the noise level drawn from its range.
     #[must_use]
     pub fn new(adc: &robot::Adc, seed: u64) -> Self {
-        let level = Stream::new(seed, Source::NoiseLevel).uniform(adc.noise_lsb.low, adc.noise_lsb.high);
+        Self::of(adc, Seeds { specimen: seed, run: seed })
+    }
+
+    /// The same, level and nonlinearity being a specimen's.
+    #[must_use]
+    pub fn of(adc: &robot::Adc, seeds: Seeds) -> Self {
+        let Seeds { specimen, run } = seeds;
+        let level = Stream::new(specimen, Source::NoiseLevel).uniform(adc.noise_lsb.low, adc.noise_lsb.high);
         Self {
             curve: AdcCurve::new(adc),
             noise_lsb: level,
@@ -65,17 +72,18 @@ impl Adc {
             conversions: (adc.conversions.value.round() as usize).clamp(1, MAX_CONVERSIONS),
             conversion_s: adc.conversion_s.value,
             jitter_s: adc.jitter_s.value,
-            inl: Inl::draw(adc.inl_lsb.value, &mut Stream::new(seed, Source::Inl)),
-            noise: Stream::new(seed, Source::Noise),
-            spikes: Stream::new(seed, Source::Spikes),
-            jitter: Stream::new(seed, Source::Jitter),
+            inl: Inl::draw(adc.inl_lsb.value, &mut Stream::new(specimen, Source::Inl)),
+            noise: Stream::new(run, Source::Noise),
+            spikes: Stream::new(run, Source::Spikes),
+            jitter: Stream::new(run, Source::Jitter),
         }
     }
 
     /// The same for a second input: other nuisances, as if under a seed of its own.
     #[must_use]
-    pub fn second(adc: &robot::Adc, seed: u64) -> Self {
-        Self::new(adc, Stream::new(seed, Source::SecondConverter).seed())
+    pub fn second(adc: &robot::Adc, seeds: Seeds) -> Self {
+        let other = |seed| Stream::new(seed, Source::SecondConverter).seed();
+        Self::of(adc, Seeds { specimen: other(seeds.specimen), run: other(seeds.run) })
     }
 
     /// One conversion of a voltage (V).

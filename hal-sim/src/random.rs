@@ -72,6 +72,15 @@ pub enum Source {
     SecondHeldReadings,
 }
 
+/// The seed of what belongs to a robot, and that of what belongs to a run of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seeds {
+    /// Of the robot.
+    pub specimen: u64,
+    /// Of the run.
+    pub run: u64,
+}
+
 /// One stream of random numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stream(Pcg64);

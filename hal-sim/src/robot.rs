@@ -17,7 +17,7 @@ use crate::history::History;
 use crate::linearity;
 use crate::plant::Plant;
 use crate::potentiometer::Potentiometer;
-use crate::random::{Source, Stream};
+use crate::random::{Seeds, Source, Stream};
 use crate::second_sensor::{SecondSensor, Timing, voltage};
 use crate::shaft::{Shaft, ShaftState, StepMeans, Stepper, Terminals};
 use crate::supply::{Cell, Supply};
@@ -47,6 +47,9 @@ pub struct Settings {
     pub linearity_peak: Option<f64>,
     /// What the samples' time is.
     pub sample_time: SampleTime,
+    /// A seed of its own for what belongs to the robot and not to a run: the sensors' errors and mounting, what a wiper shows in its gap, the
+    /// converters' noise level and nonlinearity. The run's seed draws them where it is not given.
+    pub specimen: Option<u64>,
 }
 
 impl Default for Settings {
@@ -60,6 +63,7 @@ impl Default for Settings {
             in_gap: None,
             linearity_peak: None,
             sample_time: SampleTime::default(),
+            specimen: None,
         }
     }
 }
@@ -263,14 +267,15 @@ impl SimulatedRobot {
         let angle = settings.start_angle.unwrap_or(drawn_angle);
         let charge = settings.charge.unwrap_or_else(|| Stream::new(seed, Source::Charge).uniform(0.5, 1.0));
         let Plant { driver, supply, shaft, .. } = Plant::new(robot, charge);
-        let sensor = AngleSensor::new(robot, specimen_laws(robot, seed, settings), seed, settings, angle);
+        let seeds = Seeds { specimen: settings.specimen.unwrap_or(seed), run: seed };
+        let sensor = AngleSensor::new(robot, specimen_laws(robot, seeds, settings), seeds, settings, angle);
         let age = Age { at_start_s: shaft.laws.reading_age(), ageing: shaft.laws.ageing() };
         let holding = |source| Holding::new(shaft.laws.held(), seed, source);
         let reach = (age.most_s() + sensor.reach_s()) / step;
         let second = match &robot.sensor {
             Sensor::Potentiometer(file) => {
                 let timing = Timing { delay_s: age.most_s(), step_s: step };
-                SecondSensor::new(file, &robot.effects, seed, angle, timing, holding(Source::SecondHeldReadings))
+                SecondSensor::new(file, &robot.effects, seeds, angle, timing, holding(Source::SecondHeldReadings))
             }
             Sensor::Ideal | Sensor::Encoder(_) => None,
         };
@@ -564,9 +569,9 @@ impl SimulatedRobot {
 }
 
 impl AngleSensor {
-    fn new(robot: &Robot, laws: Laws, seed: u64, settings: &Settings, angle: f64) -> Self {
+    fn new(robot: &Robot, laws: Laws, seeds: Seeds, settings: &Settings, angle: f64) -> Self {
         let scale = angle_scale(&robot.sensor);
-        let encoder_noise = Stream::new(seed, Source::Encoder);
+        let encoder_noise = Stream::new(seeds.run, Source::Encoder);
         match &robot.sensor {
             Sensor::Ideal => Self::Digital(Box::new(Digital::new(scale, laws, 0.0, angle, encoder_noise))),
             Sensor::Encoder(encoder) => {
@@ -575,7 +580,7 @@ impl AngleSensor {
             }
             Sensor::Potentiometer(file) => {
                 let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];
-                let drawn = behaviours[Stream::new(seed, Source::GapBehaviour).below(3) as usize];
+                let drawn = behaviours[Stream::new(seeds.specimen, Source::GapBehaviour).below(3) as usize];
                 let in_gap = match settings.in_gap.unwrap_or(file.in_gap) {
                     InGap::Any => drawn,
                     known => known,
@@ -586,9 +591,9 @@ impl AngleSensor {
                     file.hysteresis_deg.value.to_radians(),
                     in_gap,
                     angle,
-                    Stream::new(seed, Source::Gap),
+                    Stream::new(seeds.run, Source::Gap),
                 );
-                Self::Analogue(Box::new((potentiometer, Adc::new(&file.adc, seed))))
+                Self::Analogue(Box::new((potentiometer, Adc::of(&file.adc, seeds))))
             }
         }
     }
@@ -603,8 +608,8 @@ impl AngleSensor {
 }
 
 /// The file's laws, with the sensor's error drawn where the file knows only its bounds.
-fn specimen_laws(robot: &Robot, seed: u64, settings: &Settings) -> Laws {
-    let drawn = linearity::draw(&robot.effects, &mut Stream::new(seed, Source::Linearity));
+fn specimen_laws(robot: &Robot, seeds: Seeds, settings: &Settings) -> Laws {
+    let drawn = linearity::draw(&robot.effects, &mut Stream::new(seeds.specimen, Source::Linearity));
     let sensor_nonlinearity = drawn.map(|error| settings.linearity_peak.map_or(error, |peak| error.with_peak(peak)));
     Laws { sensor_nonlinearity, ..robot.effects.laws() }
 }

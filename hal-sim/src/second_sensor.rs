@@ -10,7 +10,7 @@ use crate::faults::{Line, LineFault};
 use crate::history::History;
 use crate::linearity;
 use crate::potentiometer::Potentiometer;
-use crate::random::{Source, Stream};
+use crate::random::{Seeds, Source, Stream};
 use crate::robot::Holding;
 
 /// Potentiometer and converter with what they remember.
@@ -41,18 +41,20 @@ impl SecondSensor {
     pub fn new(
         first: &File,
         effects: &Effects,
-        seed: u64,
+        seeds: Seeds,
         shaft_angle: f64,
         timing: Timing,
         holding: Option<Holding>,
     ) -> Option<Self> {
         let file = first.second_resolved()?;
         let offset = &first.second.as_ref()?.offset_deg;
-        let mounting = Stream::new(seed, Source::SecondMounting).uniform(offset.low, offset.high).to_radians();
+        let mounting =
+            Stream::new(seeds.specimen, Source::SecondMounting).uniform(offset.low, offset.high).to_radians();
         let behaviours = [InGap::Hold, InGap::Random, InGap::Zero];
-        let drawn = behaviours[Stream::new(seed, Source::SecondGapBehaviour).below(3) as usize];
+        let drawn = behaviours[Stream::new(seeds.specimen, Source::SecondGapBehaviour).below(3) as usize];
         let in_gap = if file.in_gap == InGap::Any { drawn } else { file.in_gap };
-        let sensor_nonlinearity = linearity::draw_unknown(effects, &mut Stream::new(seed, Source::SecondLinearity));
+        let sensor_nonlinearity =
+            linearity::draw_unknown(effects, &mut Stream::new(seeds.specimen, Source::SecondLinearity));
         let laws = Laws { sensor_nonlinearity, ..effects.laws() };
         let potentiometer = Potentiometer::new(
             Track::new(&file),
@@ -60,13 +62,13 @@ impl SecondSensor {
             file.hysteresis_deg.value.to_radians(),
             in_gap,
             shaft_angle - mounting,
-            Stream::new(seed, Source::SecondGap),
+            Stream::new(seeds.run, Source::SecondGap),
         );
-        let adc = Adc::second(&file.adc, seed);
+        let adc = Adc::second(&file.adc, seeds);
         let after_s = 0.5 * (first.adc.duration_s() + file.adc.duration_s());
         let reach = (timing.delay_s + adc.reach_s()) / timing.step_s;
         let history = History::new(shaft_angle - mounting, reach.ceil() as usize + 1);
-        let bad_contact = Stream::new(seed, Source::SecondBadContact);
+        let bad_contact = Stream::new(seeds.run, Source::SecondBadContact);
         let mut sensor = Self { potentiometer, adc, mounting, after_s, history, bad_contact, last_code: 0, holding };
         // What a sensor frozen from the start repeats.
         sensor.last_code = sensor.convert(&LineFault::default(), 0.0, timing);

@@ -32,6 +32,34 @@ fn a_resting_foot_stands_as_deep_as_its_load_over_the_stiffness() {
     }
 }
 
+/// By Hertz: `F = k δ √(δ/δ₀)`; half a sphere carries half like it, half like a stamp.
+#[test]
+fn a_resting_sphere_stands_as_deep_as_hertz_says() {
+    let id = effects::Id::of("foot_hertz_contact").unwrap();
+    for share in [1.0, 0.5] {
+        let mut plan = block(0.016);
+        let load = plan.mass() * G / 4.0;
+        // A sphere of that curvature stands less deep than the stamp does.
+        let nominal = 0.2 * load;
+        let contact = plan.contact.as_mut().unwrap();
+        id.put(&mut contact.laws, Some(&[share, nominal]));
+        let k = contact.normal_stiffness;
+        let radius = contact.foot_radius;
+        let mut body = alone(&plan, 1e-4);
+        run(&mut body, 5.0, STILL);
+        for (index, foot) in body.snapshot(0).feet.iter().enumerate() {
+            let depth = radius - foot.position[2];
+            let carried = k * depth * (1.0 - share + share * (depth * k / nominal).sqrt());
+            let linear = k * depth;
+            assert!(
+                (carried / load - 1.0).abs() < 1e-3,
+                "foot {index} stands {depth:e} m deep, {carried} N of {load} N"
+            );
+            assert!((linear / load - 1.0).abs() > 0.1, "foot {index} does not stand like a stamp");
+        }
+    }
+}
+
 #[test]
 fn the_whole_robot_stands_on_what_it_weighs() {
     for alpha in [0.0, 60.0, 120.0] {

@@ -326,6 +326,18 @@ fn linearity_errors_stay_within_the_files_bound_or_the_given_peak() {
 }
 
 #[test]
+fn runs_of_one_specimen_share_its_sensor_and_not_their_start() {
+    let robot = default_robot();
+    let run = |specimen, seed| SimulatedRobot::with(&robot, seed, &Settings { specimen, ..Settings::default() });
+    let (one, again, other) = (run(Some(5), 1), run(Some(5), 2), run(Some(6), 1));
+    assert_eq!(one.linearity(), again.linearity());
+    assert_ne!(one.truth().angle, again.truth().angle);
+    assert_ne!(one.linearity(), other.linearity());
+    assert_eq!(one.truth().angle, other.truth().angle);
+    assert_eq!(run(None, 5).linearity(), one.linearity(), "a run's own seed where no specimen is named");
+}
+
+#[test]
 fn an_identified_linearity_error_is_the_files() {
     let mut robot = quiet_robot();
     robot.effects.insert::<SensorNonlinearity>([1.5, -0.5, 0.3, 0.2].map(quantity).to_vec());

@@ -18,6 +18,11 @@ pub struct BackboneMismatch {
     pub damping_shares: [f64; BACKBONES],
 }
 
+/// A key of the table.
+const fn share_of(key: &'static str, meaning: &'static str, low: f64) -> Parameter {
+    Parameter::new(key, meaning, low, 100.0)
+}
+
 impl Effect for BackboneMismatch {
     type State = ();
 
@@ -29,16 +34,16 @@ impl Effect for BackboneMismatch {
         law: "K_b = stiffness_share·K, D_b = damping_share·D about all three axes, K and D being those of `[backbone]`",
         source: "linear elasticity: stiffness and damping go with the modulus and the section",
         parameters: &[
-            Parameter::new("stiffness_1_share", "Stiffness of backbone 1, share of the file's.", 0.01, 100.0),
-            Parameter::new("stiffness_2_share", "Of backbone 2; 1 where there is none.", 0.01, 100.0),
-            Parameter::new("stiffness_3_share", "Of backbone 3; 1 where there is none.", 0.01, 100.0),
-            Parameter::new("damping_1_share", "Damping of backbone 1, share of the file's.", 0.0, 100.0),
-            Parameter::new("damping_2_share", "Of backbone 2; 1 where there is none.", 0.0, 100.0),
-            Parameter::new("damping_3_share", "Of backbone 3; 1 where there is none.", 0.0, 100.0),
+            share_of("stiffness_1_share", "Stiffness of backbone 1, share of the file's.", 0.01).believed(1.0, 0.8, 1.25),
+            share_of("stiffness_2_share", "Of backbone 2; 1 where there is none.", 0.01).believed(1.0, 0.8, 1.25),
+            share_of("stiffness_3_share", "Of backbone 3; 1 where there is none.", 0.01).believed(1.0, 0.8, 1.25),
+            share_of("damping_1_share", "Damping of backbone 1, share of the file's.", 0.0).believed(1.0, 0.7, 1.43),
+            share_of("damping_2_share", "Of backbone 2; 1 where there is none.", 0.0).believed(1.0, 0.7, 1.43),
+            share_of("damping_3_share", "Of backbone 3; 1 where there is none.", 0.0).believed(1.0, 0.7, 1.43),
         ],
         acts: Acts::Ground,
         shows_in: Coordinate::Ground,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         experiment: None,

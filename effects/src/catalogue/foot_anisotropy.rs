@@ -27,10 +27,11 @@ impl Effect for FootAnisotropy {
             "Friction across the module as a share of the friction along it, which is `ground.friction`.",
             0.01,
             100.0,
-        )],
+        )
+        .believed(1.0, 0.7, 1.43)],
         acts: Acts::Foot,
         shows_in: Coordinate::Ground,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         experiment: None,

@@ -17,7 +17,7 @@ pub struct FootFriction {
 
 /// A key of the table.
 const fn foot(key: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::new(key, meaning, 0.0, 10.0)
+    Parameter::new(key, meaning, 0.0, 10.0).believed(1.0, 0.8, 1.25)
 }
 
 impl Effect for FootFriction {
@@ -42,7 +42,7 @@ impl Effect for FootFriction {
         ],
         acts: Acts::Foot,
         shows_in: Coordinate::Ground,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         experiment: None,

@@ -26,12 +26,14 @@ impl Effect for FootLoadFriction {
         law: "µ(F) = µ (F/F₀)^−exponent, at most 3 µ",
         source: "H. Hertz, 1881; J. F. Archard, Proc. Roy. Soc. A 243, 1957",
         parameters: &[
-            Parameter::new("exponent", "Exponent; 1/3 for a smooth elastic sphere.", 0.0, 1.0),
-            Parameter::new("load_n", "The load F₀ at which the coefficient is `ground.friction`.", 1e-4, 100.0),
+            Parameter::new("exponent", "Exponent; 1/3 for a smooth elastic sphere.", 0.0, 1.0)
+                .believed(0.0, 0.0, 0.33),
+            Parameter::new("load_n", "The load F₀ at which the coefficient is `ground.friction`.", 1e-4, 100.0)
+                .believed(0.06, 0.06, 0.06),
         ],
         acts: Acts::Foot,
         shows_in: Coordinate::Ground,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         experiment: None,

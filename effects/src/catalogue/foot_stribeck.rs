@@ -25,12 +25,13 @@ impl Effect for FootStribeck {
         law: "µ(v) = µ (1 + excess·exp(−(v/v_s)²)), µ being `ground.friction`",
         source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30, 1994",
         parameters: &[
-            Parameter::new("excess_share", "How much higher at rest, share of the friction at speed.", 0.0, 10.0),
-            Parameter::new("speed_m_per_s", "Stribeck speed.", 1e-5, 10.0),
+            Parameter::new("excess_share", "How much higher at rest, share of the friction at speed.", 0.0, 10.0)
+                .believed(0.0, 0.0, 0.5),
+            Parameter::new("speed_m_per_s", "Stribeck speed.", 1e-5, 10.0).believed(0.02, 0.005, 0.08),
         ],
         acts: Acts::Foot,
         shows_in: Coordinate::Ground,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         experiment: None,

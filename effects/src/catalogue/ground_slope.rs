@@ -1,6 +1,7 @@
 //! `ground_slope`: the ground is an inclined plane.
 //!
-//! The world's z stays the ground's normal, and gravity leans: `g (−sin a cos d, −sin a sin d, −cos a)`.
+//! The world's z stays the ground's normal, and gravity leans: along `(−tan a, −tan l, −1)` for a ground that rises by a ahead of the robot
+//! and by l to its left.
 
 use crate::effect::Effect;
 use crate::spec::{Acts, Coordinate, Parameter, Spec};
@@ -8,10 +9,10 @@ use crate::spec::{Acts, Coordinate, Parameter, Spec};
 /// An inclined plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundSlope {
-    /// Inclination, rad.
-    pub angle_rad: f64,
-    /// Where it rises to, rad: 0 ahead of the robot, π/2 to its left.
-    pub direction_rad: f64,
+    /// By how much it rises ahead of the robot where the robot starts, rad.
+    pub ahead_rad: f64,
+    /// By how much it rises to the robot's left where the robot starts, rad.
+    pub left_rad: f64,
 }
 
 impl Effect for GroundSlope {
@@ -22,20 +23,17 @@ impl Effect for GroundSlope {
         summary: "The ground is a slope.",
         title: "a sloping ground",
         clause: "ground that rises in one direction",
-        law: "g (−sin a cos d, −sin a sin d, −cos a) in the ground's frame",
+        law: "gravity along (−tan ahead, −tan left, −1) in the ground's frame",
         source: "an inclined plane",
         parameters: &[
-            Parameter::new("angle_deg", "Inclination of the ground.", 0.0, 60.0),
-            Parameter::new(
-                "direction_deg",
-                "Where it rises to: 0 ahead of the robot, 90 to its left.",
-                -360.0,
-                360.0,
-            ),
+            Parameter::new("ahead_deg", "How steeply it rises ahead of the robot.", -60.0, 60.0)
+                .believed(0.0, -3.0, 3.0),
+            Parameter::new("left_deg", "How steeply it rises to the robot's left.", -60.0, 60.0)
+                .believed(0.0, -3.0, 3.0),
         ],
         acts: Acts::Ground,
         shows_in: Coordinate::Ground,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         experiment: None,
@@ -43,11 +41,12 @@ impl Effect for GroundSlope {
     };
 
     fn from_values(values: &[f64]) -> Self {
-        Self { angle_rad: values[0], direction_rad: values[1] }
+        Self { ahead_rad: values[0], left_rad: values[1] }
     }
 
     fn down(&self, _level: [f64; 3]) -> [f64; 3] {
-        let lean = -self.angle_rad.sin();
-        [lean * self.direction_rad.cos(), lean * self.direction_rad.sin(), -self.angle_rad.cos()]
+        let along = [-self.ahead_rad.tan(), -self.left_rad.tan(), -1.0];
+        let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
+        along.map(|x| x / length)
     }
 }

@@ -316,6 +316,16 @@ macro_rules! catalogue {
                 share
             }
 
+            /// Share of a foot's load that is carried as by a sphere, and the load (N) at which it sinks as deep as a linear spring:
+            /// those of the first effect in the list that has a share.
+            #[must_use]
+            pub fn sphere(&self) -> [f64; 2] {
+                $(if acts::<$law>(Acts::Foot) && let Some(sphere) = self.$module.map(|law| law.sphere()).filter(|s| s[0] > 0.0) {
+                    return sphere;
+                })*
+                [0.0, 1.0]
+            }
+
             /// Direction of gravity, a unit vector in the ground's frame (x ahead, z up).
             #[must_use]
             pub fn down(&self) -> [f64; 3] {

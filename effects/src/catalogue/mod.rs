@@ -43,6 +43,7 @@ list::catalogue! {
     foot_anisotropy::FootAnisotropy,
     foot_load_friction::FootLoadFriction,
     foot_friction::FootFriction,
+    foot_hertz_contact::FootHertzContact,
     ground_slope::GroundSlope,
     payload_offset::PayloadOffset,
     backbone_mismatch::BackboneMismatch,

@@ -24,13 +24,14 @@ impl Effect for PayloadOffset {
         law: "r_mass = r_box + R·(x, y, z); about r_mass the inertia is the box's",
         source: "Newton and Euler; the thesis's chapter 5 names it",
         parameters: &[
-            Parameter::new("x_m", "Ahead of the box's middle.", -0.05, 0.05),
-            Parameter::new("y_m", "To the left of the box's middle.", -0.05, 0.05),
-            Parameter::new("z_m", "Above the box's middle.", -0.05, 0.05),
+            Parameter::new("x_m", "Ahead of the box's middle.", -0.05, 0.05).believed(0.0, -0.003, 0.003),
+            Parameter::new("y_m", "To the left of the box's middle.", -0.05, 0.05).believed(0.0, -0.003, 0.003),
+            // How high it lies cannot be told from its tilting modules' stiffness.
+            Parameter::new("z_m", "Above the box's middle.", -0.05, 0.05).believed(0.0, 0.0, 0.0),
         ],
         acts: Acts::Ground,
         shows_in: Coordinate::Ground,
-        candidate: false,
+        candidate: true,
         contains: &[],
         mistaken_for: &[],
         experiment: None,

@@ -1,7 +1,7 @@
 //! Feet on the ground.
 //!
 //! Along the normal, Hunt and Crossley, "Coefficient of restitution interpreted as damping in vibroimpact", 1975:
-//! `F = k δ (1 + χ dδ/dt)`, never pulling. Along the ground, a spring and damper that slide when together they would exceed
+//! `F = k δ (1 + χ dδ/dt)`, never pulling; k grows with the root of δ as far as a foot carries like a sphere. Along the ground, a spring and damper that slide when together they would exceed
 //! `µ F` (Cundall and Strack 1979): the force is continuous in everything, also where a foot lands, lifts, sticks or slides.
 //! That keeps the second order of the step; a force with jumps would not. (On steps it is not: the normal turns by 90° in an
 //! inner corner.)
@@ -75,7 +75,14 @@ pub fn touch<L: Lanes>(
     let arm = normal.fma(-radius, centre);
     let velocity = motion.angular_velocity.cross_add(arm, motion.velocity);
     let closing = -velocity.dot(normal);
-    let stiffness = load(&contact.normal_stiffness) * depth;
+    let linear = load(&contact.normal_stiffness) * depth;
+    let stiffness = match &contact.sphere {
+        None => linear,
+        Some([share, per_depth]) => {
+            let stiffer = (load(per_depth) * depth).sqrt() - one;
+            linear * load(share).fma(stiffer, one)
+        }
+    };
     let rate = load(&contact.normal_damping) * stiffness;
     let pressed = rate.fma(closing, stiffness).max(zero);
     let normal_damping = pressed.if_positive(rate, zero);

@@ -93,6 +93,9 @@ pub struct ContactRow<T> {
     pub friction: T,
     /// 1/lateral_share − 1; none where that is 0 for all.
     pub lateral_excess: Option<T>,
+    /// Share of the load that is carried as by a sphere, and the inverse of the depth at which it is as stiff, 1/m; none where the
+    /// share is 0 for all.
+    pub sphere: Option<[T; 2]>,
 }
 
 /// The eccentric, in the frame of the link that carries it; zero in odd lanes.
@@ -377,6 +380,7 @@ fn about_origin(link: &Link) -> Matrix {
 
 fn contact_row<'a, T: Store>(plan: &dyn Fn(usize) -> &'a Plan) -> ContactRow<T> {
     let of = |read: &dyn Fn(&Contact) -> f64| row(|lane| plan(lane / 2).contact.as_ref().map_or(1.0, read));
+    let sphere = [of(&|c| c.laws.sphere()[0]), of(&|c| c.normal_stiffness / c.laws.sphere()[1])];
     ContactRow {
         radius: of(&|c| c.foot_radius),
         normal_stiffness: of(&|c| c.normal_stiffness),
@@ -385,6 +389,7 @@ fn contact_row<'a, T: Store>(plan: &dyn Fn(usize) -> &'a Plan) -> ContactRow<T> 
         shear_damping: of(&|c| c.shear_damping),
         friction: of(&|c| c.friction),
         lateral_excess: Some(of(&|c| 1.0 / c.laws.lateral_share() - 1.0)).filter(|excess| *excess != T::splat(0.0)),
+        sphere: Some(sphere).filter(|[share, _]| *share != T::splat(0.0)),
     }
 }
 

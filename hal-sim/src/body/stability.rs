@@ -5,7 +5,7 @@
 //! a joint follows `z³ + (c − 3/2) z² + z − 1/2 = 0` with `c = h·k/d`, which by Jury's criterion is stable for c < 1. Together:
 //! `h²·k < I + h·d`. The backbones' light segments live of the second part: h up to about d/k.
 
-use super::plan::{Plan, PlanError};
+use super::plan::{GRAVITY, Plan, PlanError};
 use super::skeleton::{Link, Skeleton, difference};
 
 /// Fails where the step (s) is too long for a spring of the body.
@@ -43,7 +43,11 @@ pub(super) fn check(plan: &Plan, step: f64) -> Result<(), PlanError> {
 /// Both feet of a module together on their springs: `h²·ω² < 4` for its fastest motion, alone and without the damping.
 fn contact(plan: &Plan, step: f64) -> Result<(), PlanError> {
     let Some(contact) = &plan.contact else { return Ok(()) };
-    let (normal, shear) = (contact.normal_stiffness, contact.shear_stiffness);
+    // Of a sphere, its slope where it carries the whole robot.
+    let [share, nominal] = contact.laws.sphere();
+    let whole = plan.modules.iter().map(|module| module.mass).sum::<f64>() * GRAVITY;
+    let steepest = 1.0 + share * (1.5 * (whole / nominal).cbrt().max(1.0) - 1.0);
+    let (normal, shear) = (steepest * contact.normal_stiffness, contact.shear_stiffness);
     for (number, module) in plan.modules.iter().enumerate() {
         let [ix, iy, iz] = module.principal_inertia();
         let per_mass = 1.0 / module.mass;

@@ -75,6 +75,7 @@ mod spectrum;
 mod track;
 mod values;
 mod verdict;
+pub mod walk;
 mod words;
 
 #[cfg(test)]
@@ -245,11 +246,7 @@ pub fn misfit(
 }
 
 fn in_pool<T: Send>(options: &Options, work: impl FnOnce() -> T + Send) -> T {
-    match rayon::ThreadPoolBuilder::new().num_threads(options.threads).build() {
-        Ok(pool) => pool.install(work),
-        // No further threads to be had: the work is done on those there are.
-        Err(_) => work(),
-    }
+    identify::robot::in_pool(options.threads, work)
 }
 
 /// Refits the nominal model and judges it; refuses what it does not follow at all.

@@ -126,7 +126,7 @@ pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<
         };
         return Err(DiagnoseError::CannotTry { effect: id.name().to_owned(), why: why.to_owned() });
     }
-    let tried = |id: &Id| id.spec().candidate || asked.contains(id);
+    let tried = |id: &Id| !id.spec().acts.on_the_ground() && id.spec().candidate || asked.contains(id);
     Ok(Id::all().filter(tried).filter(|&id| !in_file(id)).filter(shows).collect())
 }
 

@@ -10,6 +10,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 pub trait Residuals {
     /// Whether derivatives are estimates, of which a second one at the same place may be better.
     const ESTIMATED: bool = false;
+    /// A step that gains less than this share of the cost is the last.
+    const ENOUGH: f64 = 1e-6;
     /// At a point; `None` where nothing can be simulated there.
     fn at(&mut self, point: &DVector<f64>) -> Option<DVector<f64>>;
     /// Their derivatives at a point (a column a parameter), where they are known to be these.
@@ -26,8 +28,6 @@ pub struct Minimum {
     pub derivatives: DMatrix<f64>,
 }
 
-/// A step that gains less than this share of the cost is the last.
-const ENOUGH: f64 = 1e-6;
 /// Marquardt's factor at the start, and beyond which there is no way down.
 const MARQUARDT: (f64, f64) = (1e-3, 1e6);
 
@@ -65,7 +65,7 @@ pub fn minimise<R: Residuals>(residuals: &mut R, start: DVector<f64>, most_steps
             factor = MARQUARDT.0;
         }
         derivatives = residuals.derivatives(&point, &here)?;
-        if gain.is_some_and(|gain| gain < ENOUGH) {
+        if gain.is_some_and(|gain| gain < R::ENOUGH) {
             break;
         }
     }

@@ -9,7 +9,7 @@
 
 pub mod backbone;
 pub mod capture;
-mod least_squares;
+pub mod least_squares;
 pub mod potentiometer;
 pub mod robot;
 

@@ -73,7 +73,17 @@ fn a_sweep_has_a_row_a_run_and_plots() {
     assert_eq!(names, expected, "and no temporary file");
     let mut table = csv::Reader::from_path(directory.path().join("out/sweep.csv")).unwrap();
     let header = table.headers().unwrap().clone();
-    let start = ["run", "alpha_deg", "f_hz", "friction_factor", "seed", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s"];
+    let start = [
+        "run",
+        "alpha_deg",
+        "f_hz",
+        "friction_factor",
+        "robot_seed",
+        "seed",
+        "vx_mm_per_s",
+        "vy_mm_per_s",
+        "yaw_deg_per_s",
+    ];
     assert_eq!(header.iter().take(start.len()).collect::<Vec<_>>(), start);
     for (index, record) in table.records().map(Result::unwrap).enumerate() {
         assert_eq!(record[0].parse::<usize>().unwrap(), index + 1, "sorted");
@@ -86,6 +96,30 @@ fn a_sweep_has_a_row_a_run_and_plots() {
     for part in ["Longitudinal", "Lateral", "Rotational", "α / °", "f / Hz", "±"] {
         assert!(maps.contains(part), "{part}");
     }
+}
+
+#[test]
+fn robots_scatter_apart_from_their_runs() {
+    let directory = temporary();
+    let words = "--robot @/robot.toml --drive ideal --repeats 2 --robots 3 --seconds 0.4 --axis backbone.segments=3 --axis alpha=90 --axis f=7,8";
+    let (text, _) = succeeds(directory.path(), words);
+    assert!(text.contains("runs of one robot scatter by") && text.contains("robots beyond that by"), "{text}");
+    let mut table = csv::Reader::from_path(directory.path().join("out/sweep.csv")).unwrap();
+    let header = table.headers().unwrap().clone();
+    let place = |name: &str| header.iter().position(|column| column == name).unwrap();
+    let seeds: Vec<(String, String)> = table
+        .records()
+        .map(Result::unwrap)
+        .map(|row| (row[place("robot_seed")].to_owned(), row[place("seed")].to_owned()))
+        .collect();
+    let wanted = [("1", "1"), ("1", "2"), ("3", "3"), ("3", "4"), ("5", "5"), ("5", "6")];
+    assert_eq!(seeds.len(), 12);
+    for (at, (robot, run)) in seeds.iter().enumerate() {
+        assert_eq!((robot.as_str(), run.as_str()), wanted[at % 6]);
+    }
+    let (json, _) = succeeds(directory.path(), &format!("{words} --json"));
+    let summary: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(summary["scatter"].as_array().unwrap().len(), 3, "{}", summary["scatter"]);
 }
 
 #[test]
@@ -300,7 +334,7 @@ fn the_robot_is_brought_where_the_axes_say() {
     assert!(message.contains("axis `eccentric.radius_m`: 0.02 outside the 0.008 … 0.012"), "{message}");
     assert_eq!(rows(directory.path()), 8);
     let text = fs::read_to_string(directory.path().join("out/sweep.csv")).unwrap();
-    let speeds: Vec<&str> = text.lines().skip(1).map(|line| line.split(',').nth(5).unwrap()).collect();
+    let speeds: Vec<&str> = text.lines().skip(1).map(|line| line.split(',').nth(6).unwrap()).collect();
     for (index, speed) in speeds.iter().enumerate() {
         assert!(!speeds[..index].contains(speed), "two conditions gave the same speed {speed}: {text}");
     }
@@ -327,9 +361,9 @@ fn a_run_that_blows_up_has_empty_cells_and_a_note() {
     let table = fs::read_to_string(directory.path().join("out/sweep.csv")).unwrap();
     assert!(!table.contains("NaN") && !table.contains("inf"), "{table}");
     let broken: Vec<&str> = table.lines().nth(2).unwrap().split(',').collect();
-    assert!(broken[4..13].iter().all(|cell| cell.is_empty()) && !broken[13].is_empty(), "{table}");
+    assert!(broken[5..14].iter().all(|cell| cell.is_empty()) && !broken[14].is_empty(), "{table}");
     let good: Vec<&str> = table.lines().nth(1).unwrap().split(',').collect();
-    assert!(!good[4].is_empty() && good[13].is_empty(), "its neighbour is whole: {table}");
+    assert!(!good[5].is_empty() && good[14].is_empty(), "its neighbour is whole: {table}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 
 use control::Parameters;
+use hal_sim::random::Seeds;
 use rayon::prelude::*;
 
 use super::axis::{AxisError, Factor};
@@ -134,10 +135,10 @@ impl<'a> Campaign<'a> {
     }
 
     fn trial(&self, run: usize) -> Trial<'_> {
-        let (point, seed) = self.design.run(run);
+        let (point, seeds) = (self.design.point(run), self.design.seeds_of(run));
         let (variant, parameters) = &self.variants[self.variant_of[point]];
         let f_hz = self.design.frequency(&self.design.points[point]);
-        Trial { variant, parameters: parameters.as_ref(), f_hz, seed }
+        Trial { variant, parameters: parameters.as_ref(), f_hz, seeds }
     }
 
     /// Runs of one shape side by side, in a fixed order.
@@ -239,7 +240,7 @@ impl<'a> Campaign<'a> {
             runs.extend(self.group(&group)?);
         }
         let run = |(run, outcome): (usize, Outcome)| Run {
-            point: self.design.run(run).0,
+            point: self.design.point(run),
             measures: outcome.measures,
             note: outcome.note,
             path: outcome.path,
@@ -278,30 +279,30 @@ impl<'a> Campaign<'a> {
         ["run".to_owned()]
             .into_iter()
             .chain(axes)
-            .chain(["seed".to_owned()])
+            .chain(["robot_seed".to_owned(), "seed".to_owned()])
             .chain(measures)
             .chain(["note".into()])
             .collect()
     }
 
     fn cells(&self, run: usize, outcome: &Outcome) -> Vec<String> {
-        let (point, seed) = self.design.run(run);
-        let axes = self.design.points[point].iter().map(f64::to_string);
+        let Seeds { specimen, run: seed } = self.design.seeds_of(run);
+        let axes = self.design.points[self.design.point(run)].iter().map(f64::to_string);
         let measures =
             outcome.measures.values().into_iter().map(|value| value.map_or(String::new(), |v| v.to_string()));
-        axes.chain([seed.to_string()]).chain(measures).chain([outcome.note.clone()]).collect()
+        axes.chain([specimen.to_string(), seed.to_string()]).chain(measures).chain([outcome.note.clone()]).collect()
     }
 
     fn read(&self, run: usize, rows: &Rows, paths: Option<&Rows>) -> Run {
         let empty = Vec::new();
         let cells = rows.get(&(run + 1)).unwrap_or(&empty);
-        let first = self.design.axes.len() + 1;
+        let first = self.design.axes.len() + 2;
         let number = |text: &String| text.parse::<f64>().ok().filter(|value| value.is_finite());
         let values: Vec<Option<f64>> = cells.iter().skip(first).take(COLUMNS.len()).map(number).collect();
         let path: Option<Vec<f64>> =
             paths.and_then(|paths| paths.get(&(run + 1))).and_then(|cells| cells.iter().map(number).collect());
         Run {
-            point: self.design.run(run).0,
+            point: self.design.point(run),
             measures: Measures::from_values(&values),
             note: cells.last().cloned().unwrap_or_default(),
             path: path.unwrap_or_default().chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect(),

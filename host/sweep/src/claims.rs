@@ -78,7 +78,7 @@ pub fn design(seeds: Vec<u64>) -> Design {
     for modules in LONGER {
         points.extend(longer_f.iter().map(|f| vec![modules, 90.0, *f, 1.0]));
     }
-    Design { axes, points, seeds }
+    Design { axes, points, seeds, runs_a_robot: 1 }
 }
 
 /// Judges every claim on the conditions of [`design`].

@@ -1,5 +1,7 @@
 //! Which runs a sweep has, in a fixed order.
 
+use hal_sim::random::Seeds;
+
 use super::axis::{Axis, Factor};
 
 /// The thesis's frequencies, Hz, positive clockwise.
@@ -13,7 +15,8 @@ pub const USUAL_F_HZ: f64 = 7.0;
 /// More runs than this are a slip of the finger.
 pub const MOST_RUNS: usize = 1_000_000;
 
-/// What a sweep runs: points in the space of its axes, each with every seed.
+/// What a sweep runs: points in the space of its axes, each with every seed. So many seeds in a row are runs of one robot: what belongs to a
+/// robot and not to a run, as its sensor's error, is drawn from the first of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// What is varied.
@@ -22,6 +25,8 @@ pub struct Design {
     pub points: Vec<Vec<f64>>,
     /// Repeats.
     pub seeds: Vec<u64>,
+    /// Of which so many in a row are of one robot.
+    pub runs_a_robot: usize,
 }
 
 impl Design {
@@ -36,7 +41,13 @@ impl Design {
             };
             points = points.iter().flat_map(longer).collect();
         }
-        Self { axes, points, seeds }
+        Self { axes, points, seeds, runs_a_robot: 1 }
+    }
+
+    /// The same with so many seeds in a row for every robot.
+    #[must_use]
+    pub fn with_runs_a_robot(self, runs_a_robot: usize) -> Self {
+        Self { runs_a_robot: runs_a_robot.max(1), ..self }
     }
 
     /// How many combinations there are, without making them.
@@ -66,10 +77,17 @@ impl Design {
         self.points.len() * self.seeds.len()
     }
 
-    /// Index of the point of a run, and its seed.
+    /// Index of the point of a run.
     #[must_use]
-    pub fn run(&self, index: usize) -> (usize, u64) {
-        (index / self.seeds.len(), self.seeds[index % self.seeds.len()])
+    pub fn point(&self, index: usize) -> usize {
+        index / self.seeds.len()
+    }
+
+    /// The seeds of a run: of its robot, and its own.
+    #[must_use]
+    pub fn seeds_of(&self, index: usize) -> Seeds {
+        let repeat = index % self.seeds.len();
+        Seeds { specimen: self.seeds[repeat - repeat % self.runs_a_robot], run: self.seeds[repeat] }
     }
 
     /// Where an axis stands.

@@ -52,6 +52,6 @@ pub use lock::{Lock, LockError};
 pub use measure::Measures;
 pub use measured::{Measured, MeasuredError};
 pub use search::{Found, Search};
-pub use table::{Component, Condition, Conditions, Robustness, SENSITIVITY_FLOOR, Stat, error_percent};
+pub use table::{Component, Condition, Conditions, Robustness, SENSITIVITY_FLOOR, Scatter, Stat, error_percent};
 pub use trial::{DriveKind, INTERVAL_S, RunSettings, TrialError};
 pub use variant::{Variant, VariantBuilder};

@@ -142,6 +142,13 @@ impl Conditions {
         Self { axes, conditions: here.map(without).collect() }
     }
 
+    /// How far runs and robots scatter in a speed, so many repeats in a row being of one robot.
+    #[must_use]
+    pub fn scatter(&self, component: Component, runs_a_robot: usize) -> Option<Scatter> {
+        let repeats = |one: &Condition| one.repeats.iter().map(|measures| component.of(measures)).collect();
+        Scatter::new(&self.conditions.iter().map(repeats).collect::<Vec<_>>(), runs_a_robot)
+    }
+
     /// Means of a speed, in order.
     #[must_use]
     pub fn means(&self, component: Component) -> Vec<Option<f64>> {
@@ -155,6 +162,44 @@ impl Conditions {
             let nominal = self.at_friction(1.0).means(component);
             Robustness::new(&nominal, &self.at_friction(MORE_FRICTION).means(component))
         })
+    }
+}
+
+/// How far runs scatter, and robots: one-way analysis of variance, pooled over the conditions, as shares of the largest mean speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Scatter {
+    /// Standard deviation between runs of one robot.
+    pub runs: f64,
+    /// Standard deviation between robots beyond that.
+    pub robots: f64,
+}
+
+impl Scatter {
+    /// Of the repeats of every condition, so many in a row being of one robot. None where a robot has one run, or there is one robot.
+    #[must_use]
+    pub fn new(conditions: &[Vec<Option<f64>>], runs_a_robot: usize) -> Option<Self> {
+        let largest = conditions.iter().filter_map(|repeats| Stat::of(repeats.iter().copied()).mean);
+        let largest = largest.fold(0.0_f64, |largest, mean| largest.max(mean.abs()));
+        let (mut within, mut between) = ((0.0, 0.0), (0.0, 0.0));
+        for repeats in conditions {
+            let robots: Vec<Vec<f64>> =
+                repeats.chunks(runs_a_robot).filter_map(|runs| runs.iter().copied().collect()).collect();
+            let means: Vec<f64> = robots.iter().map(|runs| runs.iter().sum::<f64>() / runs.len() as f64).collect();
+            let mean = means.iter().sum::<f64>() / means.len().max(1) as f64;
+            for (runs, own) in robots.iter().zip(&means) {
+                within.0 += runs.iter().map(|run| (run - own).powi(2)).sum::<f64>();
+                within.1 += runs.len() as f64 - 1.0;
+                between.0 += (own - mean).powi(2);
+            }
+            between.1 += means.len().max(1) as f64 - 1.0;
+        }
+        if within.1 <= 0.0 || between.1 <= 0.0 || largest <= 0.0 {
+            return None;
+        }
+        let (within, between) = (within.0 / within.1, between.0 / between.1);
+        // A robot's mean scatters with its runs, too.
+        let robots = (between - within / runs_a_robot as f64).max(0.0);
+        Some(Self { runs: within.sqrt() / largest, robots: robots.sqrt() / largest })
     }
 }
 
@@ -209,6 +254,17 @@ mod tests {
         assert!(close(stat.mean, 3.0) && close(stat.spread, 7.0_f64.sqrt()));
         assert_eq!(Stat::of([Some(4.0), None]), Stat { mean: Some(4.0), spread: None });
         assert_eq!(Stat::of([None, None]), Stat::default(), "no number is made up");
+    }
+
+    #[test]
+    fn runs_scatter_apart_from_robots() {
+        // Robots at 10 ± 2 and 20 ± 2 (two runs each): within 2² · 2, between the means 50, less half of 8.
+        let one = vec![Some(8.0), Some(12.0), Some(18.0), Some(22.0)];
+        let found = Scatter::new(std::slice::from_ref(&one), 2).unwrap();
+        assert!((found.runs - 8f64.sqrt() / 15.0).abs() < 1e-12, "{found:?}");
+        assert!((found.robots - 46f64.sqrt() / 15.0).abs() < 1e-12, "{found:?}");
+        assert_eq!(Scatter::new(std::slice::from_ref(&one), 1), None, "a run a robot");
+        assert_eq!(Scatter::new(&[one[..2].to_vec()], 2), None, "one robot");
     }
 
     #[test]

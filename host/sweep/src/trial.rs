@@ -6,6 +6,7 @@ mod phase;
 use control::{Controller, Parameters};
 use group::Group;
 use hal_sim::body::{Plan, Precision, Track};
+use hal_sim::random::Seeds;
 
 use super::measure::{Measures, measure};
 use super::variant::Variant;
@@ -22,11 +23,11 @@ pub const PATH_POINTS: usize = 201;
 /// What turns the eccentric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DriveKind {
-    /// The firmware's controller with the simulated motor, sensor and battery; the seed draws start angle, charge, sensor
-    /// error and noise.
+    /// The firmware's controller with the simulated motor, sensor and battery; the run's seed draws start angle, charge and noise,
+    /// the robot's its sensor's error.
     Motor,
-    /// A shaft that turns at exactly the frequency, whatever torque that takes. The seed draws the start angle and the
-    /// phases of a phase error of one and of two periods a turn.
+    /// A shaft that turns at exactly the frequency, whatever torque that takes. The run's seed draws the start angle, the
+    /// robot's the phases of a phase error of one and of two periods a turn.
     Ideal {
         /// Root mean square of the phase error, rad.
         phase_noise: f64,
@@ -58,7 +59,7 @@ pub struct Trial<'a> {
     /// Actuation frequency, Hz, positive clockwise.
     pub f_hz: f64,
     /// Of what is random in it.
-    pub seed: u64,
+    pub seeds: Seeds,
 }
 
 /// What came out of a run.

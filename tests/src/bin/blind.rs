@@ -11,12 +11,12 @@ use clap::Parser;
 use system_tests::blind::case::{self, Case, Category};
 use system_tests::blind::files::Decimals;
 use system_tests::blind::hidden::Effect;
-use system_tests::blind::journal::Journal;
 use system_tests::blind::noise::Noise;
 use system_tests::blind::report;
 use system_tests::blind::rig;
 use system_tests::blind::score::{self, Outcome};
 use system_tests::blind::setting::Setting;
+use system_tests::journal::Journal;
 use system_tests::page;
 use system_tests::seeds;
 
@@ -150,7 +150,8 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     let mut outcomes = Vec::new();
     for (category, count) in plan {
         for seed in (0..count).map(|n| first.wrapping_add(n)) {
-            let known = journal.as_ref().and_then(|journal| journal.of(category, seed)).cloned();
+            let same = |one: &&Outcome| one.category == category && one.seed == seed;
+            let known = journal.as_ref().and_then(|journal| journal.before.iter().find(same)).cloned();
             let outcome = match known {
                 Some(outcome) => outcome,
                 None => {

@@ -16,7 +16,6 @@ pub mod excite;
 pub mod files;
 pub mod heard;
 pub mod hidden;
-pub mod journal;
 pub mod laws;
 pub mod measure;
 pub mod memory;

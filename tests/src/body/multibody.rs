@@ -35,12 +35,12 @@ pub struct Run<'a> {
     /// Time between two samples, s.
     pub sample_s: f64,
     /// The feet's law; none for a robot that touches nothing.
-    pub law: Option<Law>,
+    pub law: Option<Law<'a>>,
 }
 
 /// The feet's four numbers, as the robot file has them.
 #[derive(Clone, Copy, Debug)]
-pub struct Law {
+pub struct Law<'a> {
     /// k, N/m.
     pub normal_n_per_m: f64,
     /// χ, s/m.
@@ -50,19 +50,11 @@ pub struct Law {
     /// N·s/m.
     pub shear_n_s_per_m: f64,
     /// What makes it another law than the simulator's.
-    pub other: Option<OtherLaw>,
+    pub other: OtherLaw<'a>,
 }
 
-/// What makes a law of the feet another one than the simulator's.
-#[derive(Clone, Copy, Debug)]
-pub struct OtherLaw {
-    /// Power of the depth with which a foot's load grows; 1 is the simulator's, 3/2 a sphere's.
-    pub exponent: f64,
-    /// How much higher friction is at rest, share.
-    pub excess: f64,
-    /// Speed of sliding over which that falls, m/s.
-    pub speed_m_per_s: f64,
-}
+/// What makes a law of the feet another one than the simulator's: keys of the program with values; `feet.c` says what they do.
+pub type OtherLaw<'a> = &'a [(&'static str, f64)];
 
 /// What the program prints.
 #[derive(Deserialize)]
@@ -112,10 +104,13 @@ impl Multibody {
         let mut words: Vec<String> =
             [run.frequency_hz, step_s, run.length_s, run.sample_s].iter().map(ToString::to_string).collect();
         if let Some(law) = run.law {
-            let numbers = [law.normal_n_per_m, law.normal_s_per_m, law.shear_n_per_m, law.shear_n_s_per_m];
-            words.extend(numbers.iter().map(ToString::to_string));
-            let other = law.other.map(|other| [other.exponent, other.excess, other.speed_m_per_s]);
-            words.extend(other.iter().flatten().map(ToString::to_string));
+            let own = [
+                ("normal_k", law.normal_n_per_m),
+                ("normal_chi", law.normal_s_per_m),
+                ("shear_k", law.shear_n_per_m),
+                ("shear_d", law.shear_n_s_per_m),
+            ];
+            words.extend(own.iter().chain(law.other).map(|(key, value)| format!("{key}={value}")));
         }
         // MuJoCo leaves a log of its warnings where it runs.
         let at = self.program.parent().unwrap_or(Path::new("."));
@@ -150,7 +145,7 @@ impl Multibody {
     /// # Errors
     /// The program fails.
     pub fn speeds(&self, robot: (&Plan, &Path), frequency_hz: f64, step_s: f64) -> Result<[f64; 3], PeerError> {
-        self.speeds_under(None, robot, frequency_hz, step_s)
+        self.speeds_under(&[], robot, frequency_hz, step_s)
     }
 
     /// The same under another law of the feet.
@@ -159,7 +154,7 @@ impl Multibody {
     /// The program fails.
     pub fn speeds_under(
         &self,
-        other: Option<OtherLaw>,
+        other: OtherLaw<'_>,
         (plan, model): (&Plan, &Path),
         frequency_hz: f64,
         step_s: f64,

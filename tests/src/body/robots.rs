@@ -33,7 +33,7 @@ const REPEATS: usize = 3;
 /// MuJoCo's coarser step, s; the other one is half of it.
 const COARSE_S: f64 = 5e-5;
 /// A sphere's spring, and friction that is a fifth higher at rest.
-const OTHER_LAW: OtherLaw = OtherLaw { exponent: 1.5, excess: 0.2, speed_m_per_s: 0.02 };
+const OTHER_LAW: OtherLaw<'static> = &[("exponent", 1.5), ("excess", 0.2), ("speed", 0.02)];
 
 /// A robot, its truth and what was found.
 struct Found {
@@ -124,7 +124,7 @@ fn theirs(peer: &super::peer::Peer, multibody: &Multibody, seed: u64) -> Result<
         let plan: Plan = rolled(&plan, *alpha_deg);
         let model = peer.export(&format!("robot {seed} {place}"), &plan, &mjcf::Options::default());
         // The program counts counter-clockwise.
-        let [vx, vy, yaw] = multibody.speeds_under(Some(OTHER_LAW), (&plan, &model), -f_hz, COARSE_S)?;
+        let [vx, vy, yaw] = multibody.speeds_under(OTHER_LAW, (&plan, &model), -f_hz, COARSE_S)?;
         Ok([1e3 * vx, 1e3 * vy, yaw.to_degrees()])
     };
     let speeds = conditions().par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;

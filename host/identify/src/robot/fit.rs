@@ -56,14 +56,22 @@ impl Default for Options {
     }
 }
 
-/// A stage of the descent.
-struct Stage {
+/// A search from draws down to rough minima, in stages.
+pub struct Search<'a> {
+    /// Sets that are drawn from what is believed; the first is the file's.
+    pub draws: usize,
+    /// One after the other.
+    pub stages: &'a [Stage],
+}
+
+/// A stage of a search.
+pub struct Stage {
     /// What the speeds count for.
-    weight: f64,
+    pub weight: f64,
     /// Steps from each start, at most.
-    steps: usize,
+    pub steps: usize,
     /// Starts, at most.
-    followed: usize,
+    pub followed: usize,
 }
 
 const STAGES: [Stage; 2] =
@@ -81,9 +89,12 @@ const WITHIN: f64 = 2.0;
 /// # Errors
 /// The robot file has no body, the table too few conditions, nothing can be simulated, or evaluations cannot be kept.
 pub fn identify(document: &Document, measured: &Measured, options: &Options) -> Result<RobotFit, RobotError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-    let work = || identify_here(document, measured, options);
-    match pool {
+    in_pool(options.threads, || identify_here(document, measured, options))
+}
+
+/// Does some work on so many threads; 0 for as many as the machine has cores.
+pub fn in_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) => pool.install(work),
         // No further threads to be had: the work is done on those there are.
         Err(_) => work(),
@@ -107,7 +118,7 @@ fn identify_here(document: &Document, measured: &Measured, options: &Options) ->
         return Err(RobotError::CannotRun("a run blew up, or the step is too long for its springs".into()));
     }
     let mut draws = Stream::new(options.seed, Source::Variation);
-    let rough = descend(&mut posterior, options, &mut draws)?;
+    let rough = rough_minima(&mut posterior, &Search { draws: options.draws, stages: &STAGES }, &mut draws)?;
     let found = refine(&mut posterior, &rough, &mut draws)?;
     posterior.take_failure()?;
     let Some(Refined { best, members }) = found else {
@@ -125,16 +136,24 @@ fn foreseen(options: &Options, numbers: usize) -> usize {
 }
 
 /// Down from the most probable of many sets that are drawn from what is believed, in stages: the speeds count more from stage to
-/// stage, and fewer sets are followed.
-fn descend(posterior: &mut Posterior, options: &Options, draws: &mut Stream) -> Result<Vec<Minimum>, RobotError> {
+/// stage, and fewer sets are followed. Lowest first; the posterior's weight stays that of the last stage.
+///
+/// # Errors
+/// Evaluations cannot be kept.
+pub fn rough_minima(
+    posterior: &mut Posterior,
+    search: &Search<'_>,
+    draws: &mut Stream,
+) -> Result<Vec<Minimum>, RobotError> {
     let count = posterior.numbers.all.len();
     let mut points = vec![DVector::zeros(count)];
-    points.extend((1..options.draws).map(|_| DVector::from_fn(count, |_, _| draws.normal().clamp(-WITHIN, WITHIN))));
-    posterior.weight = STAGES[0].weight;
-    let drawn = best_of(posterior, points, STAGES[0].followed)?;
+    points.extend((1..search.draws).map(|_| DVector::from_fn(count, |_, _| draws.normal().clamp(-WITHIN, WITHIN))));
+    let Some(first) = search.stages.first() else { return Ok(Vec::new()) };
+    posterior.weight = first.weight;
+    let drawn = best_of(posterior, points, first.followed)?;
     let mut left: Vec<(DVector<f64>, Option<DMatrix<f64>>)> = drawn.into_iter().map(|point| (point, None)).collect();
     let mut minima: Vec<Minimum> = Vec::new();
-    for stage in STAGES {
+    for stage in search.stages {
         posterior.weight = stage.weight;
         left.truncate(stage.followed);
         minima.clear();

@@ -93,7 +93,10 @@ const TOLD: f64 = 0.5;
 
 impl RobotFit {
     /// Of a minimum, and of what else may be: the valleys that are left where the speeds count little, and an ensemble.
-    pub(super) fn new(
+    ///
+    /// # Errors
+    /// A run blew up, or the file cannot hold what was found.
+    pub fn new(
         posterior: &mut Posterior,
         best: &Minimum,
         (valleys, members): (&[Minimum], &[DVector<f64>]),
@@ -147,11 +150,12 @@ fn parameters(numbers: &Numbers, best: &Minimum, others: &[Vec<(f64, DVector<f64
         // The curvature knows one valley.
         let apart = others.iter().map(|some| mean(some, |other| (other[k] - at).powi(2)));
         let deviation = apart.fold(covariance[(k, k)], f64::max).sqrt().min(1.0);
+        let (low, high) = number.interval(at, Z90 * deviation);
         Parameter {
             path: number.path.clone(),
             value: number.at(at),
-            low: number.at(at - Z90 * deviation),
-            high: number.at(at + Z90 * deviation),
+            low,
+            high,
             file: number.file,
             left: deviation,
             told: deviation <= TOLD,

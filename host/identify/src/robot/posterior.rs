@@ -124,6 +124,8 @@ impl<'a> Posterior<'a> {
 
 impl Residuals for Posterior<'_> {
     const ESTIMATED: bool = true;
+    // Less than the simulation's own roughness makes.
+    const ENOUGH: f64 = 1e-3;
 
     fn at(&mut self, point: &DVector<f64>) -> Option<DVector<f64>> {
         let speeds = self.speeds(std::slice::from_ref(point));

@@ -36,6 +36,8 @@ pub struct Table {
     pub deviations: Vec<[f64; 3]>,
     /// Deviation of one repeat, pooled over the conditions; none without repeats.
     pub scatter: [Option<f64>; 3],
+    /// Degrees of freedom from which that is known, of all three together.
+    freedom: usize,
     /// Largest size of each speed.
     pub largest: [f64; 3],
     /// Repeats of a condition, on average.
@@ -48,6 +50,12 @@ impl Table {
     /// Deviation of a mean over as many repeats as the conditions have on average; none without repeats.
     pub fn scatter_of_mean(&self, part: usize) -> Option<f64> {
         self.scatter[part].map(|scatter| scatter / self.repeats.sqrt())
+    }
+
+    /// Degrees of freedom from which the repeats' scatter is known; none without repeats.
+    #[must_use]
+    pub fn repeated(&self) -> Option<usize> {
+        Some(self.freedom).filter(|freedom| *freedom > 0)
     }
 
     /// How many means are fitted.
@@ -87,6 +95,7 @@ impl Table {
             deviations: stats.iter().map(|stats| [0, 1, 2].map(|k| deviation(k, stats[k].1))).collect(),
             held_out: held_out(&conditions, held),
             repeats: stats.iter().flatten().map(|(_, count)| *count as f64).sum::<f64>() / (3 * stats.len()) as f64,
+            freedom: stats.iter().flatten().map(|(_, count)| count.saturating_sub(1)).sum(),
             conditions,
             scatter,
             largest,

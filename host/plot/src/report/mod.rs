@@ -4,6 +4,7 @@
 
 mod charts;
 pub mod svg;
+mod walk;
 mod words;
 
 use std::fmt::Write as _;
@@ -12,6 +13,7 @@ use common::quantile;
 use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, MissingTerm, RigDoubt, RunUse, Verdict};
 use simulation::{ComparedFigure, Comparison};
 use svg::{COLOURS, STYLE, escape, number};
+pub use walk::{WalkAbout, walk_html};
 use words::{degrees, percent, sentence, three, times};
 
 const PAGE_STYLE: &str = include_str!("style.css");

@@ -16,6 +16,9 @@ use serde::Serialize;
 use simulation::{Comparison, tracking_gain};
 
 use super::design_experiment::propose;
+use super::diagnose_walk::WalkRun;
+use super::identify::capture::{CaptureArgs, CaptureShape, column};
+use super::measured::{MeasuredArgs, condition};
 use super::pair::KeysFile;
 use super::run_directory::DIAGNOSED;
 use super::runs::{MOST_SAMPLES, Runs};
@@ -31,19 +34,28 @@ const ROBOT: &str = "robot.toml";
 /// Fits on some runs, judges on others. Writes the extended robot file, report.html and diagnosis.json into a
 /// directory of their own, out/diagnose-0001 and so on; out/latest-diagnose leads to the last.
 ///
+/// With --measured it is the walk that is diagnosed, from a table of speeds over conditions or of motion captures
+/// (docs/diagnose-walk.md); --holdout is a condition then, as 7,60, and --map a column, as t_s=Time.
+///
 /// Of a potentiometer without [sensor.correction] the converter's error is fitted, too. It is in the report's figures and
 /// not in the extended robot file: calibrate first (scram calibrate, scram identify potentiometer).
 #[derive(Args)]
 #[command(mut_arg("out", |arg| arg.default_value(DIAGNOSED.numbered)))]
+#[command(mut_arg("runs", |arg| arg.required_unless_present("measured")))]
 #[command(after_help = "Examples:\n  \
     scram diagnose runs/*.csv --robot robots/bench-xl330.toml\n  \
     scram diagnose a.mcap b.mcap c.mcap --holdout c.mcap --out diagnosis\n  \
-    scram diagnose rig/*.csv --mapping rig.toml --from 2 --to 8 --robot rig-robot.toml\n\n\
+    scram diagnose rig/*.csv --mapping rig.toml --from 2 --to 8 --robot rig-robot.toml\n  \
+    scram diagnose --measured speeds.csv --robot robot.toml\n\n\
     Without --holdout the last run of each kind of excitation is held out. The kind is `excitation` in the \
     recording's metadata, or the file name without its number: sweep_1.csv and sweep_2.csv are of one kind.")]
 pub struct Diagnose {
     #[command(flatten)]
     runs: Runs,
+    #[command(flatten)]
+    walks: MeasuredArgs,
+    #[command(flatten)]
+    shape: CaptureShape,
     /// Try this effect too, which a diagnosis does not try by itself; repeatable
     #[arg(long = "try", value_name = "EFFECT", value_parser = effect)]
     also_try: Vec<Id>,
@@ -100,6 +112,9 @@ fn gained(robot: &Robot, diagnosis: &Diagnosis, models: &[Document]) -> Result<V
 
 impl Diagnose {
     pub fn run(&self) -> Done {
+        if !self.walks.measured.is_empty() {
+            return self.walk();
+        }
         let common = &self.common;
         let robot = common.robot()?;
         // Whatever can be refused is refused before the minutes that it takes.
@@ -115,6 +130,29 @@ impl Diagnose {
             }
             Some(place) => self.then_run(place, &robot, fit, held_out, &files),
         }
+    }
+
+    /// Diagnoses how a robot walks.
+    fn walk(&self) -> Done {
+        let refused = [
+            (!self.runs.is_empty(), "recordings of a shaft"),
+            (!self.also_try.is_empty(), "--try"),
+            (self.then_run.is_some(), "--then-run"),
+        ];
+        if let Some((_, what)) = refused.iter().find(|(given, _)| *given) {
+            return Err(Failure::Usage(miette!("--measured says how a robot walks: {what} cannot stand beside it")));
+        }
+        let (columns, rate) = self.runs.mapping.words();
+        let columns = columns.iter().map(|words| column(words)).collect::<Result<_, _>>().map_err(usage)?;
+        let holdout = self.runs.holdout.iter().map(|words| condition(&words.to_string_lossy()));
+        WalkRun {
+            common: &self.common,
+            walks: &self.walks,
+            capture: CaptureArgs { shape: self.shape.clone(), rate, columns },
+            holdout: holdout.collect::<Result<_, _>>().map_err(usage)?,
+            overwrite: self.overwrite,
+        }
+        .run()
     }
 
     /// Diagnoses, writes it down and tells it.
@@ -224,6 +262,10 @@ impl Diagnose {
         extend(&mut document, fitted, &source)?;
         Ok(document)
     }
+}
+
+fn usage(problem: String) -> Failure {
+    Failure::Usage(miette!("{problem}"))
 }
 
 /// An effect of the shaft by name.

@@ -101,6 +101,11 @@ pub struct WindowArgs {
 }
 
 impl MappingArgs {
+    /// `--map` and `--rate` as they were typed.
+    pub fn words(&self) -> (&[String], Option<f64>) {
+        (&self.map, self.rate)
+    }
+
     /// The mapping; `None` where nothing was said about one.
     pub fn read(&self) -> Result<Option<Mapping>, Failure> {
         let mut said = Mapping {

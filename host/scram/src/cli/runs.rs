@@ -21,18 +21,22 @@ pub const MOST_SAMPLES: usize = 60_000;
 #[derive(Args)]
 pub struct Runs {
     /// Recordings to fit on, CSV or MCAP; with a mapping files of another rig, as `scram import` reads them
-    #[arg(required = true)]
     runs: Vec<PathBuf>,
     /// A recording to judge on and never to fit on, listed among the runs or not; repeatable
     #[arg(long, value_name = "RUN")]
-    holdout: Vec<PathBuf>,
+    pub holdout: Vec<PathBuf>,
     #[command(flatten)]
-    mapping: MappingArgs,
+    pub mapping: MappingArgs,
     #[command(flatten)]
     window: WindowArgs,
 }
 
 impl Runs {
+    /// Whether none is named.
+    pub fn is_empty(&self) -> bool {
+        self.runs.is_empty()
+    }
+
     /// The recordings to fit on and those to judge by.
     ///
     /// # Errors

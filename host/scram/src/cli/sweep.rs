@@ -13,7 +13,7 @@ use serde::Serialize;
 use sweep::claims::{self, ClaimResult};
 use sweep::{
     Axis, Campaign, Component, Conditions, Design, DriveKind, Factor, INTERVAL_S, Lock, LockError, MOST_RUNS, Measured,
-    Robustness, RunSettings, Search, Stat, SweepError, Swept, Target, VariantBuilder,
+    Robustness, RunSettings, Scatter, Search, Stat, SweepError, Swept, Target, VariantBuilder,
 };
 use words::{Bar, claim_text, robustness_table, search_text, speeds_table, warn_notes, warn_unmatched};
 
@@ -50,6 +50,10 @@ pub struct Sweep {
     /// Runs of every condition, each with a seed of its own, from --seed on [default: 3; 1 for --search, with no noise]
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     repeats: Option<u64>,
+    /// So many robots of one file, each with --repeats runs: what belongs to a robot, its sensor's (or phase) error, is drawn once for
+    /// each, and it is said how far runs scatter and how far robots do [default: every run is of a robot of its own]
+    #[arg(long, conflicts_with_all = ["search"], value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    robots: Option<u64>,
     /// Length of a run, s
     #[arg(long, default_value_t = 2.0, value_parser = seconds)]
     seconds: f64,
@@ -125,6 +129,9 @@ struct Summary {
     conditions: Vec<Line>,
     #[serde(skip_serializing_if = "Option::is_none")]
     robustness: Option<Vec<(Component, Robustness)>>,
+    /// Where robots have several runs each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    scatter: Vec<(Component, Scatter)>,
     files: Vec<PathBuf>,
 }
 
@@ -191,7 +198,13 @@ impl Sweep {
     }
 
     fn seeds(&self) -> Vec<u64> {
-        (0..self.repeats.unwrap_or(REPEATS)).map(|repeat| self.common.seed.wrapping_add(repeat)).collect()
+        let count = self.repeats.unwrap_or(REPEATS) * self.robots.unwrap_or(1);
+        (0..count).map(|repeat| self.common.seed.wrapping_add(repeat)).collect()
+    }
+
+    /// Seeds in a row that are of one robot.
+    fn runs_a_robot(&self) -> usize {
+        self.robots.map_or(1, |_| self.repeats.unwrap_or(REPEATS) as usize)
     }
 
     fn target<'a>(&'a self, stem: &'a str, paths: bool) -> Target<'a> {
@@ -229,7 +242,7 @@ impl Sweep {
 
     fn sweep(&self, builder: &VariantBuilder, given: Vec<Axis>) -> Result<(Swept, Option<Lock>), Failure> {
         let mut axes = if given.is_empty() { Design::thesis() } else { given };
-        let count = Design::count(&axes, self.repeats.unwrap_or(REPEATS) as usize);
+        let count = Design::count(&axes, self.seeds().len());
         if count > MOST_RUNS {
             return Err(Failure::Usage(miette!(
                 help = "fewer values or repeats; several sweeps into several directories",
@@ -244,7 +257,7 @@ impl Sweep {
         if self.sensitivity {
             axes.push(Design::friction_axis());
         }
-        let design = Design::product(axes, self.seeds());
+        let design = Design::product(axes, self.seeds()).with_runs_a_robot(self.runs_a_robot());
         let campaign = Campaign::new(builder, design, self.settings()).map_err(failure)?;
         self.campaign(campaign, "sweep", paths)
     }
@@ -270,6 +283,10 @@ impl Sweep {
             notes: swept.runs.iter().filter(|run| !run.note.is_empty()).count(),
             conditions: lines(&conditions),
             robustness,
+            scatter: Component::ALL
+                .iter()
+                .filter_map(|c| Some((*c, conditions.at_friction(1.0).scatter(*c, swept.design.runs_a_robot)?)))
+                .collect(),
             files,
         };
         warn_notes(swept, &summary);
@@ -292,6 +309,9 @@ impl Sweep {
                 print(&robustness_table(&conditions.at_friction(1.0), robustness));
             }
         }
+        if !summary.scatter.is_empty() {
+            print(&scatter_text(&summary.scatter));
+        }
         print(&format!("written: {}", super::sim::listed(&summary.files)));
         Ok(())
     }
@@ -308,7 +328,7 @@ impl Sweep {
     }
 
     fn evaluate(&self, builder: &VariantBuilder) -> Done {
-        let design = claims::design(self.seeds());
+        let design = claims::design(self.seeds()).with_runs_a_robot(self.runs_a_robot());
         let campaign = Campaign::new(builder, design, self.settings()).map_err(failure)?;
         let (swept, _lock) = self.campaign(campaign, "claims", false)?;
         let verdicts = claims::evaluate(&Conditions::new(&swept.design, &swept.runs));
@@ -360,6 +380,18 @@ impl Sweep {
         print(&format!("judge it with motor and noise: scram sweep --claims --robot {}", file.display()));
         Ok(())
     }
+}
+
+/// How far runs of one robot scatter, and robots.
+fn scatter_text(scatter: &[(Component, Scatter)]) -> String {
+    let shares = |of: fn(&Scatter) -> f64| {
+        scatter.iter().map(|(_, one)| format!("{:.1} %", 100.0 * of(one))).collect::<Vec<_>>().join(" / ")
+    };
+    format!(
+        "of the largest speed, vx / vy / yaw: runs of one robot scatter by {}, robots beyond that by {}",
+        shares(|one| one.runs),
+        shares(|one| one.robots)
+    )
 }
 
 /// Axes that lead nowhere are wrong usage.

@@ -11,7 +11,7 @@ use crate::trial::{DriveKind, RunSettings, simulate};
 /// Time that the run takes whose end says which physics a table is of, s.
 const PROBE_S: f64 = 0.05;
 /// Layout of the tables.
-const FORMAT: i64 = 1;
+const FORMAT: i64 = 2;
 
 impl Campaign<'_> {
     /// Everything that the table depends on.
@@ -25,6 +25,7 @@ impl Campaign<'_> {
         about.insert("precision".into(), Value::String(format!("{:?}", self.settings.precision).to_lowercase()));
         let seeds = self.design.seeds.iter().map(|seed| Value::Integer(i64::from_ne_bytes(seed.to_ne_bytes())));
         about.insert("seeds".into(), Value::Array(seeds.collect()));
+        about.insert("runs_a_robot".into(), Value::Integer(self.design.runs_a_robot as i64));
         about.insert(PHYSICS.into(), numbers(&self.probe()));
         if Design::count(&self.design.axes, 1) != self.design.points.len() {
             // Not every combination: which ones.

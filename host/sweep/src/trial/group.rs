@@ -76,8 +76,9 @@ impl MotorGroup {
         for trial in trials {
             let tick_s = trial.variant.robot.controller.as_ref().map_or(1e-3, |controller| controller.tick_s.value);
             let steps_per_tick = (tick_s / settings.step_s).round().max(1.0) as usize;
-            let parts = hal_sim::Settings { steps_per_tick, ..hal_sim::Settings::default() };
-            let mut walker = Walker::new(&trial.variant.robot, trial.seed, &parts).map_err(|e| body(&e))?;
+            let specimen = Some(trial.seeds.specimen);
+            let parts = hal_sim::Settings { steps_per_tick, specimen, ..hal_sim::Settings::default() };
+            let mut walker = Walker::new(&trial.variant.robot, trial.seeds.run, &parts).map_err(|e| body(&e))?;
             walker.plan = trial.variant.plan.clone();
             walkers.push(walker);
             let Some(parameters) = trial.parameters else { return Err(TrialError::Body("no controller".into())) };

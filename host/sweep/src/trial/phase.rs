@@ -19,8 +19,8 @@ impl Phase {
     pub(super) fn new(trial: &Trial<'_>, noise: Option<f64>) -> Self {
         let omega = omega_from_frequency(trial.f_hz);
         let Some(noise) = noise else { return Self { omega, start: 0.0, errors: [(0.0, 0.0); 2] } };
-        let start = Stream::new(trial.seed, Source::StartAngle).uniform(-0.5 * TAU, 0.5 * TAU);
-        let mut draws = Stream::new(trial.seed, Source::Noise);
+        let start = Stream::new(trial.seeds.run, Source::StartAngle).uniform(-0.5 * TAU, 0.5 * TAU);
+        let mut draws = Stream::new(trial.seeds.specimen, Source::Noise);
         // Two sines of an amplitude have it as their root mean square together.
         let errors = [(noise, draws.uniform(0.0, TAU)), (noise, draws.uniform(0.0, TAU))];
         Self { omega, start, errors }

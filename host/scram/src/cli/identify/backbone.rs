@@ -131,7 +131,7 @@ impl Backbone {
 
     fn oscillation(&self, path: &Path) -> Result<Oscillation, Report> {
         let capture = self.capture.read(path)?;
-        let body = capture.body(self.capture.body.as_deref())?;
+        let body = capture.body(self.capture.shape.body.as_deref())?;
         let base = self.base.as_deref().map(|name| capture.body(Some(name))).transpose()?;
         let name =
             path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned());

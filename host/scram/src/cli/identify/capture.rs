@@ -10,21 +10,29 @@ use miette::Report;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Motion capture")]
 pub struct CaptureArgs {
+    #[command(flatten)]
+    pub shape: CaptureShape,
+    /// Frames a second, for files without times
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// A column of a table by another name: t_s=Time, angle_z_deg=Bend, … ; may be given several times
+    #[arg(long = "map", value_name = "NAME=COLUMN", value_parser = column)]
+    pub columns: Vec<(String, String)>,
+}
+
+/// What is looked at, and its units and axes.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Motion capture")]
+pub struct CaptureShape {
     /// The rigid body that is looked at, where a file has several
     #[arg(long, value_name = "NAME")]
     pub body: Option<String>,
-    /// Frames a second, for files without times
-    #[arg(long, value_name = "HZ")]
-    rate: Option<f64>,
     /// Millimetres to a unit of the file, for pixels and tables without units
     #[arg(long, value_name = "MM")]
     mm_per_unit: Option<f64>,
     /// The axis that points up in the file: y in Motive's, z in all others, unless said here
     #[arg(long, value_enum)]
     up: Option<UpArg>,
-    /// A column of a table by another name: t_s=Time, angle_z_deg=Bend, … ; may be given several times
-    #[arg(long = "map", value_name = "NAME=COLUMN", value_parser = column)]
-    columns: Vec<(String, String)>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -33,7 +41,8 @@ enum UpArg {
     Z,
 }
 
-fn column(words: &str) -> Result<(String, String), String> {
+/// A column by another name, from words as t_s=Time.
+pub fn column(words: &str) -> Result<(String, String), String> {
     let (name, column) = words.split_once('=').ok_or("NAME=COLUMN is expected, as t_s=Time")?;
     Ok((name.to_owned(), column.to_owned()))
 }
@@ -43,8 +52,8 @@ impl CaptureArgs {
     pub fn read(&self, path: &Path) -> Result<Capture, Report> {
         let options = Options {
             rate_hz: self.rate,
-            metres: self.mm_per_unit.map(|mm| 1e-3 * mm),
-            up: self.up.map(|up| match up {
+            metres: self.shape.mm_per_unit.map(|mm| 1e-3 * mm),
+            up: self.shape.up.map(|up| match up {
                 UpArg::Y => Up::Y,
                 UpArg::Z => Up::Z,
             }),

@@ -1,7 +1,7 @@
 //! `scram identify`
 
 mod backbone;
-mod capture;
+pub mod capture;
 mod motor;
 pub mod potentiometer;
 mod robot;
@@ -34,7 +34,7 @@ impl Identify {
 }
 
 /// Four digits.
-fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }

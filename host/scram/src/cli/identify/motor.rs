@@ -21,6 +21,7 @@ use super::{ROBOT, short};
 /// their intervals into a directory of its own, out/identify-0001 and so on.
 #[derive(Args)]
 #[command(mut_arg("out", |arg| arg.default_value(IDENTIFIED.numbered)))]
+#[command(mut_arg("runs", |arg| arg.required(true)))]
 #[command(after_help = "Examples:\n  \
     scram identify motor runs/*.csv --robot robots/bench-linear.toml\n  \
     scram identify motor runs/*.csv --robot rig.toml --resistance 14.8\n  \

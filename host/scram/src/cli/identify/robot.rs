@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use ::identify::robot::{ComponentError, Held, Options, Parameter, Placement, RobotFit, identify, speeds};
+use ::identify::robot::{ComponentError, Options, Parameter, RobotFit, identify};
 use clap::Args;
-use miette::{Report, miette};
+use miette::Report;
 use plot::{speeds_svg, under_title};
 use robot_file::edit::Document;
 use serde::Serialize;
-use sweep::Measured;
 
 use super::super::diagnose::progress;
+use super::super::measured::{MeasuredArgs, condition, held_out, kept_beside};
 use super::super::run_directory::IDENTIFIED;
 use super::super::{Common, Done, print, print_json, say, table, write};
 use super::capture::CaptureArgs;
@@ -25,6 +25,7 @@ use super::{ROBOT, short};
 /// again.
 #[derive(Args)]
 #[command(mut_arg("out", |arg| arg.default_value(IDENTIFIED.numbered)))]
+#[command(mut_arg("measured", |arg| arg.required(true)))]
 #[command(
     after_help = "A table has a line a run, repeats as further lines: f_hz (positive clockwise), alpha_deg, and either vx_mm_per_s, \
     vy_mm_per_s (to the left), yaw_deg_per_s, or file: a motion capture of the run, beside the table.\n\n\
@@ -36,33 +37,17 @@ use super::{ROBOT, short};
     docs/identify-robot.md describes the tables, the method and what it reaches."
 )]
 pub struct RobotCommand {
-    /// Tables of measured runs
-    #[arg(long, required = true, num_args = 1.., value_name = "CSV")]
-    measured: Vec<PathBuf>,
     /// A condition to judge by, in place of one in four; repeatable
     #[arg(long, value_name = "HZ,DEG", value_parser = condition, allow_hyphen_values = true)]
     holdout: Vec<(f64, f64)>,
     /// Look for an off-centre weight and for the friction of every foot, too
     #[arg(long)]
     uneven: bool,
-    /// Speeds are those between these times after the start, s
-    #[arg(long, value_name = "FROM,TO", value_parser = window, default_value = "1,2")]
-    window: (f64, f64),
-    /// Integration step, s
-    #[arg(long, default_value_t = 2e-4, value_name = "SECONDS")]
-    step: f64,
     /// Sets of numbers that are drawn from what is believed; the most probable are followed
     #[arg(long, default_value_t = 200, value_name = "SETS")]
     draws: usize,
-    /// Threads [default: one a core]
-    #[arg(long, default_value_t = 0, hide_default_value = true)]
-    threads: usize,
-    /// A second body or point, behind --body: the robot's front lies from there to the first
-    #[arg(long, value_name = "NAME")]
-    rear: Option<String>,
-    /// From the body's x axis to the robot's front, counter-clockwise seen from above, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
-    ahead: f64,
+    #[command(flatten)]
+    walks: MeasuredArgs,
     #[command(flatten)]
     capture: CaptureArgs,
     #[command(flatten)]
@@ -70,22 +55,6 @@ pub struct RobotCommand {
     /// Write over what is in --out already
     #[arg(long)]
     overwrite: bool,
-}
-
-fn pair(words: &str) -> Option<(f64, f64)> {
-    let (a, b) = words.split_once(',')?;
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
-    Some((number(a)?, number(b)?))
-}
-
-fn condition(words: &str) -> Result<(f64, f64), String> {
-    pair(words).ok_or_else(|| "frequency in Hz and α in degrees are expected, as 7,60".into())
-}
-
-fn window(words: &str) -> Result<(f64, f64), String> {
-    pair(words)
-        .filter(|(from, to)| *from >= 0.0 && to > from)
-        .ok_or_else(|| "two times in s are expected, the second one later, as 1,2".into())
 }
 
 #[derive(Serialize)]
@@ -99,20 +68,19 @@ impl RobotCommand {
     pub fn run(&self) -> Done {
         let common = &self.common;
         let document = Document::load(&common.robot).map_err(Report::from)?;
-        let measured = self.table()?;
-        self.check_held_out(&measured)?;
+        let measured = self.walks.table(&self.capture)?;
+        let held = held_out(&self.holdout, &measured)?;
         common.keeps_robot_file(&common.out.join(ROBOT))?;
         IDENTIFIED.refuse(&common.out, self.overwrite)?;
-        let kept_in = common.out.parent().filter(|parent| parent.is_dir()).unwrap_or(Path::new("."));
         let options = Options {
-            held: if self.holdout.is_empty() { Held::OneInFour } else { Held::These(self.holdout.clone()) },
+            held,
             uneven: self.uneven,
-            window_s: self.window,
-            step_s: self.step,
+            window_s: self.walks.window,
+            step_s: self.walks.step,
             seed: common.seed,
             draws: self.draws,
-            threads: self.threads,
-            keep_in: Some(kept_in.to_owned()),
+            threads: self.walks.threads,
+            keep_in: Some(kept_beside(&common.out)),
             progress: Some(progress()),
         };
         let fit = identify(&document, &measured, &options).map_err(Report::from)?;
@@ -133,56 +101,18 @@ impl RobotCommand {
             fit.parameters.len()
         ));
         print(&format!("written: {}, {}", files[0].display(), files[1].display()));
-        print(&format!("use it: scram sweep --robot {} --measured {}", files[0].display(), self.measured[0].display()));
+        print(&format!(
+            "use it: scram sweep --robot {} --measured {}",
+            files[0].display(),
+            self.walks.measured[0].display()
+        ));
         Ok(())
-    }
-
-    /// All tables as one.
-    fn table(&self) -> Result<Measured, Report> {
-        let filmed = |file: &Path| -> Result<[f64; 3], Report> {
-            let capture = self.capture.read(file)?;
-            let body = capture.body(self.capture.body.as_deref())?;
-            let rear = self.rear.as_deref().map(|name| capture.body(Some(name))).transpose()?;
-            let placement = Placement { ahead_rad: self.ahead.to_radians() };
-            speeds(body, rear, placement, self.window.0, self.window.1).ok_or_else(|| {
-                miette!(
-                    help = "name a rigid body with --body, or two points with --body and --rear; --window says which times count",
-                    "{}: `{}` is not seen with a heading from {} s to {} s",
-                    file.display(),
-                    body.name,
-                    self.window.0,
-                    self.window.1
-                )
-            })
-        };
-        let mut all: Option<Measured> = None;
-        for path in &self.measured {
-            let table = Measured::read_with(path, filmed)?;
-            all = Some(match all {
-                Some(before) => before.and(table),
-                None => table,
-            });
-        }
-        all.ok_or_else(|| miette!("no table was named"))
-    }
-
-    fn check_held_out(&self, measured: &Measured) -> Result<(), Report> {
-        let there = measured.conditions();
-        match self.holdout.iter().find(|one| !there.contains(one)) {
-            Some((f, alpha)) => {
-                Err(miette!("--holdout {f},{alpha}: there is no run of {f} Hz and {alpha}° in what was measured"))
-            }
-            None if !self.holdout.is_empty() && self.holdout.len() + 3 >= there.len() => {
-                Err(miette!("--holdout leaves too few conditions to fit"))
-            }
-            None => Ok(()),
-        }
     }
 
     fn save(&self, fit: &RobotFit, out: &Path) -> Result<[PathBuf; 2], Report> {
         let (file, picture) = (out.join(ROBOT), out.join("robot.svg"));
         self.common.save(&fit.document, &file)?;
-        let title = format!("{}, {}", self.common.robot.display(), self.measured[0].display());
+        let title = format!("{}, {}", self.common.robot.display(), self.walks.measured[0].display());
         write(&picture, &under_title(&title, &speeds_svg(&fit.conditions)?))?;
         Ok([file, picture])
     }

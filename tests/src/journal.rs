@@ -4,17 +4,17 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 
-use super::case::Category;
-use super::score::Outcome;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// A file of outcomes.
-pub struct Journal {
+pub struct Journal<T> {
     file: File,
     /// What was in it before.
-    before: Vec<Outcome>,
+    pub before: Vec<T>,
 }
 
-impl Journal {
+impl<T: Serialize + DeserializeOwned> Journal<T> {
     /// Opens or makes one. A last line that was cut off is no outcome.
     ///
     /// # Errors
@@ -40,17 +40,11 @@ impl Journal {
         Ok(Self { file, before })
     }
 
-    /// The outcome of a data set that is in it already.
-    #[must_use]
-    pub fn of(&self, category: Category, seed: u64) -> Option<&Outcome> {
-        self.before.iter().find(|one| one.category == category && one.seed == seed)
-    }
-
     /// Adds one.
     ///
     /// # Errors
     /// What the system says.
-    pub fn add(&mut self, outcome: &Outcome) -> Result<(), String> {
+    pub fn add(&mut self, outcome: &T) -> Result<(), String> {
         let line = serde_json::to_string(outcome).map_err(|error| error.to_string())?;
         writeln!(self.file, "{line}").map_err(|error| format!("the journal: {error}"))
     }

@@ -1,0 +1,119 @@
+//! Whether a model leaves no more than what repeats scatter by.
+
+use hal_sim::random::Stream;
+use identify::least_squares::Minimum;
+use identify::robot::{Posterior, RobotError, Table};
+use nalgebra::{Cholesky, DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+
+/// A model that is right is called inadequate in so many of a hundred tables by each of the two tests.
+const REJECTED: f64 = 0.01;
+/// Sets drawn about the most probable one, to see how far it knows what it has not been fitted to.
+const DRAWN: usize = 24;
+
+/// Two tests of what a model leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adequacy {
+    /// Root mean square of the fitted means' deviations, in units of what the means are known to, the numbers' freedom given back.
+    pub misfit: f64,
+    /// How probable such a misfit is, or a larger one, if the model is right.
+    pub fitted: f64,
+    /// How probable such deviations of the held-out means are, or larger ones; none without held-out conditions.
+    pub held_out: Option<f64>,
+}
+
+impl Adequacy {
+    /// Whether neither test rejects the model.
+    pub fn holds(&self) -> bool {
+        self.fitted >= REJECTED && self.held_out.is_none_or(|p| p >= REJECTED)
+    }
+
+    /// Of a model at its most probable numbers.
+    pub fn of(posterior: &mut Posterior, best: &Minimum, draws: &mut Stream) -> Result<Self, RobotError> {
+        let numbers = best.point.len();
+        let rows = best.residuals.len() - numbers;
+        let normal = best.derivatives.tr_mul(&best.derivatives);
+        let covariance = Cholesky::new(normal).map(|factors| factors.inverse());
+        let data = best.derivatives.rows(0, rows);
+        // How many numbers the data set, not the belief.
+        let taken = covariance.as_ref().map_or(numbers as f64, |inverse| (inverse * data.tr_mul(&data)).trace());
+        let freedom = (rows as f64 - taken).max(1.0);
+        let spoken = posterior.speeds(std::slice::from_ref(&best.point))?.pop().flatten();
+        let Some(speeds) = spoken else { return Err(RobotError::CannotRun("a run blew up".into())) };
+        let mean_square = posterior.deviations(&speeds).norm_squared() / freedom;
+        let held_out = match covariance {
+            Some(covariance) => held_out(posterior, &best.point, (&speeds, &covariance), draws)?,
+            None => None,
+        };
+        Ok(Self {
+            misfit: mean_square.sqrt(),
+            fitted: beyond(mean_square, freedom, posterior.table.repeated()),
+            held_out,
+        })
+    }
+}
+
+/// How probable it is that a mean square of so many degrees of freedom, over a variance known from some others, is larger.
+fn beyond(mean_square: f64, freedom: f64, of_scatter: Option<usize>) -> f64 {
+    let tail = match of_scatter {
+        Some(others) => FisherSnedecor::new(freedom, others.max(1) as f64).map(|f| f.sf(mean_square)),
+        None => return tail_of_square(mean_square * freedom, freedom),
+    };
+    tail.unwrap_or(0.0)
+}
+
+fn tail_of_square(square: f64, freedom: f64) -> f64 {
+    ChiSquared::new(freedom).map_or(0.0, |chi| chi.sf(square))
+}
+
+/// Mahalanobis's distance of the held-out means from what the model foresees, with what its numbers leave open.
+fn held_out(
+    posterior: &mut Posterior,
+    best: &DVector<f64>,
+    (speeds, covariance): (&[f64], &DMatrix<f64>),
+    draws: &mut Stream,
+) -> Result<Option<f64>, RobotError> {
+    let Some(root) = Cholesky::new(covariance.clone()) else { return Ok(None) };
+    let points: Vec<DVector<f64>> =
+        (0..DRAWN).map(|_| best + root.l() * DVector::from_fn(best.len(), |_, _| draws.normal())).collect();
+    let off = held_out_deviations(posterior.table, speeds);
+    if off.is_empty() {
+        return Ok(None);
+    }
+    let drawn: Vec<DVector<f64>> = posterior
+        .speeds(&points)?
+        .iter()
+        .flatten()
+        .map(|speeds| held_out_deviations(posterior.table, speeds) - &off)
+        .collect();
+    let mut scatter = DMatrix::identity(off.len(), off.len());
+    for one in &drawn {
+        scatter += one * one.transpose() / drawn.len() as f64;
+    }
+    let Some(factors) = Cholesky::new(scatter) else { return Ok(None) };
+    let square = off.dot(&factors.solve(&off));
+    let count = off.len() as f64;
+    Ok(Some(beyond(square / count, count, posterior.table.repeated())))
+}
+
+/// Deviations of the held-out means from simulated speeds, in units of what they are known to.
+fn held_out_deviations(table: &Table, speeds: &[f64]) -> DVector<f64> {
+    let held_out = table.means.iter().enumerate().filter(|(k, _)| table.held_out[*k]);
+    let all = held_out.flat_map(|(k, means)| {
+        (0..3).filter_map(move |part| Some((speeds[3 * k + part] - means[part]?) / table.deviations[k][part]))
+    });
+    DVector::from_vec(all.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_table_in_a_hundred_is_rejected() {
+        // F(40, 48) at 1 %: 2.02; χ²(40)/40 at 1 %: 63.69/40.
+        assert!((beyond(2.02, 40.0, Some(48)) - 0.01).abs() < 5e-4, "{}", beyond(2.02, 40.0, Some(48)));
+        assert!((beyond(63.69 / 40.0, 40.0, None) - 0.01).abs() < 1e-4);
+        assert!(beyond(1.0, 40.0, None) > 0.4 && beyond(1e9, 3.0, Some(1)) < 1e-3);
+    }
+}

@@ -1,0 +1,190 @@
+//! Whether a diagnosis of a walk is right, and how many are.
+
+use diagnose::Verdict;
+use diagnose::walk::WalkDiagnosis;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::truth::{Hidden, Truth};
+use crate::row::FigureRow;
+
+/// What came of a robot.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Its number.
+    pub number: u64,
+    /// What was hidden: `nothing`, an effect, or `outside: …`.
+    pub hidden: String,
+    /// What was said.
+    pub verdict: Verdict,
+    /// The named effects and those that may take their place.
+    pub class: Vec<String>,
+    /// What the shown model leaves of the fitted means, in units of what they are known to.
+    pub misfit: f64,
+    /// Of the held-out conditions after over what repeats make of a mean: root mean square of the three speeds.
+    pub after_over_scatter: f64,
+    /// Root mean square at ±6 Hz over that at ±8 Hz of what the model leaves, before and after.
+    pub slow_over_fast: [f64; 2],
+    /// Sets of numbers simulated.
+    pub simulated: usize,
+    /// How long it took, s.
+    pub seconds: f64,
+}
+
+/// Names that a class may have to be an answer.
+const MOST_NAMES: usize = 3;
+
+impl Outcome {
+    /// Of a diagnosis.
+    #[must_use]
+    pub fn new(truth: &Truth, found: &WalkDiagnosis, seconds: f64) -> Self {
+        let hidden = match &truth.hidden {
+            Hidden::Nothing => "nothing".to_owned(),
+            Hidden::Effect(name) => (*name).to_owned(),
+            Hidden::Outside(name) => format!("outside: {name}"),
+        };
+        let class = found.causes.iter().flat_map(|cause| std::iter::once(&cause.effect).chain(&cause.also));
+        let shares: Vec<f64> = found
+            .after
+            .iter()
+            .zip(&found.scatter)
+            .filter_map(|(after, scatter)| Some((*after)? / (*scatter)?))
+            .collect();
+        Self {
+            number: truth.number,
+            hidden,
+            verdict: found.verdict,
+            class: class.cloned().collect(),
+            misfit: shown_misfit(found),
+            after_over_scatter: root_mean_square(&shares),
+            slow_over_fast: slow_over_fast(found),
+            simulated: found.simulated,
+            seconds,
+        }
+    }
+
+    /// Whether it is what should have been said.
+    #[must_use]
+    pub fn right(&self) -> bool {
+        match self.hidden.as_str() {
+            "nothing" => self.verdict == Verdict::Nothing,
+            outside if outside.starts_with("outside") => self.verdict == Verdict::Unexplained,
+            effect => self.class.len() <= MOST_NAMES && self.class.iter().any(|name| name == effect),
+        }
+    }
+
+    /// For people.
+    #[must_use]
+    pub fn line(&self) -> String {
+        format!(
+            "{} {} {}: {} {} (misfit {:.2}, held out {:.2} of the scatter, ±6 Hz over ±8 Hz {:.2} before, {:.2} after; {} sets, {:.0} s)",
+            if self.right() { "ok  " } else { "MISS" },
+            self.number,
+            self.hidden,
+            self.verdict.word(),
+            self.class.join(" or "),
+            self.misfit,
+            self.after_over_scatter,
+            self.slow_over_fast[0],
+            self.slow_over_fast[1],
+            self.simulated,
+            self.seconds
+        )
+    }
+}
+
+/// Of the named model, or of the file's.
+fn shown_misfit(found: &WalkDiagnosis) -> f64 {
+    let named: Vec<&String> = found.causes.iter().map(|cause| &cause.effect).collect();
+    let shown = found.models.iter().find(|model| model.effects.iter().collect::<Vec<_>>() == named);
+    shown.and_then(|model| model.misfit).unwrap_or(f64::NAN)
+}
+
+/// How far the model is off at the lowest frequency against the highest, before and after.
+fn slow_over_fast(found: &WalkDiagnosis) -> [f64; 2] {
+    let largest = [0, 1, 2].map(|part| {
+        found.conditions.iter().filter_map(|one| one.measured[part]).fold(0.0, |top: f64, x| top.max(x.abs()))
+    });
+    [false, true].map(|after| {
+        let off = |hz: f64| {
+            let there = found.conditions.iter().filter(|one| one.f_hz.abs() == hz);
+            let all: Vec<f64> = there
+                .flat_map(|one| {
+                    let simulated = if after { one.after } else { one.before };
+                    (0..3).filter_map(move |part| Some((simulated[part] - one.measured[part]?) / largest[part]))
+                })
+                .collect();
+            root_mean_square(&all)
+        };
+        off(6.0) / off(8.0)
+    })
+}
+
+fn root_mean_square(all: &[f64]) -> f64 {
+    (all.iter().map(|x| x * x).sum::<f64>() / all.len().max(1) as f64).sqrt()
+}
+
+/// The rows of a campaign: 26 of 30 effects, 1 alarm of 15, 7 of 8 unexplained, as shares of what was run.
+#[must_use]
+pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
+    let of = |kind: &str| -> Vec<&Outcome> {
+        let is = |one: &&Outcome| match kind {
+            "nothing" => one.hidden == "nothing",
+            "outside" => one.hidden.starts_with("outside"),
+            _ => one.hidden != "nothing" && !one.hidden.starts_with("outside"),
+        };
+        outcomes.iter().filter(is).collect()
+    };
+    let counted = |what: &str, kind: &str, allowed: &dyn Fn(usize) -> usize| {
+        let some = of(kind);
+        let right = some.iter().filter(|one| one.right()).count();
+        let alone = some.iter().filter(|one| one.right() && one.class.len() == 1).count();
+        let least = some.len() - allowed(some.len());
+        let missed: Vec<String> = some
+            .iter()
+            .filter(|one| !one.right())
+            .map(|one| format!("{} {}: {} {}", one.number, one.hidden, one.verdict.word(), one.class.join(" or ")))
+            .collect();
+        let told = if missed.is_empty() { String::new() } else { format!("; missed: {}", missed.join("; ")) };
+        let alone = if kind == "effect" { format!(", {alone} of them alone") } else { String::new() };
+        (!some.is_empty()).then(|| {
+            FigureRow::new(
+                what,
+                &format!("{least} of {}", some.len()),
+                format!("{right} of {}{alone}{told}", some.len()),
+                right >= least,
+                json!({ "right": right, "of": some.len() }),
+            )
+        })
+    };
+    let mut rows: Vec<FigureRow> = [
+        counted("walks with an effect of the catalogue: named, or in a class of three at most", "effect", &|n| {
+            n * 4 / 30
+        }),
+        counted("walks of robots that lack nothing: nothing is said", "nothing", &|n| n / 15),
+        counted("walks with something that the catalogue has not: unexplained", "outside", &|n| n / 8),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let mut named: Vec<f64> = of("effect").iter().filter(|one| one.right()).map(|one| one.after_over_scatter).collect();
+    if let Some(median) = common::median(&mut named) {
+        rows.push(FigureRow::new(
+            "of those named right: held-out error after over what repeats make of a mean, median",
+            "1.25",
+            format!("{median:.2}"),
+            median <= 1.25,
+            json!(median),
+        ));
+    }
+    let mut seconds: Vec<f64> = outcomes.iter().map(|one| one.seconds).collect();
+    if let Some(median) = common::median(&mut seconds) {
+        let most = seconds.iter().copied().fold(0.0, f64::max);
+        rows.push(FigureRow::beside(
+            "time a robot",
+            format!("median {median:.0} s, longest {most:.0} s"),
+            json!({ "median_s": median, "longest_s": most }),
+        ));
+    }
+    rows
+}

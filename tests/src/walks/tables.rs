@@ -1,0 +1,63 @@
+//! Tables of speeds, made by MuJoCo's multibody.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use hal_sim::body::Plan;
+use identify::robot::rolled;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use sweep::{ALPHAS, FREQUENCIES};
+
+use super::truth::Truth;
+use crate::body::multibody::Multibody;
+use crate::body::peer::{Peer, PeerError, root};
+
+/// One repeat scatters by this share of the largest speed.
+const SCATTER: f64 = 0.03;
+const REPEATS: usize = 3;
+/// MuJoCo's coarser step, s; the other one is half of it.
+const COARSE_S: f64 = 1e-4;
+
+/// The file of a robot's speeds.
+#[must_use]
+pub fn table(number: u64) -> PathBuf {
+    root().join("tests/walks").join(format!("{number}.csv"))
+}
+
+/// Makes the table of a robot.
+///
+/// # Errors
+/// MuJoCo fails.
+///
+/// # Panics
+/// When the table cannot be written.
+pub fn make(peer: &Peer, multibody: &Multibody, truth: &Truth) -> Result<(), PeerError> {
+    let mut random = truth.random();
+    let (robot, law) = truth.robot(&mut random);
+    let robot = robot.robot().unwrap_or_else(|error| panic!("{error}"));
+    let plan = Plan::new(&robot).unwrap_or_else(|error| panic!("robot {}: {error}", truth.number));
+    let conditions: Vec<(f64, f64)> = ALPHAS.iter().flat_map(|alpha| FREQUENCIES.map(|f| (f, *alpha))).collect();
+    let one = |(place, (f_hz, alpha_deg)): (usize, &(f64, f64))| -> Result<[f64; 3], PeerError> {
+        let plan = rolled(&plan, *alpha_deg);
+        let model = peer.export(&format!("walk {} {place}", truth.number), &plan, &mjcf::Options::default());
+        // The program counts counter-clockwise.
+        let [vx, vy, yaw] = multibody.speeds_under(&law, (&plan, &model), -f_hz, COARSE_S)?;
+        Ok([1e3 * vx, 1e3 * vy, yaw.to_degrees()])
+    };
+    let speeds = conditions.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
+    let largest = [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max));
+    let mut text = String::from("f_hz,alpha_deg,vx_mm_per_s,vy_mm_per_s,yaw_deg_per_s\n");
+    for _ in 0..REPEATS {
+        for ((f_hz, alpha_deg), speeds) in conditions.iter().zip(&speeds) {
+            let seen = [0, 1, 2].map(|part| {
+                let normal: f64 = StandardNormal.sample(&mut random);
+                speeds[part] + SCATTER * largest[part] * normal
+            });
+            let _ = writeln!(text, "{f_hz},{alpha_deg},{:.4},{:.4},{:.4}", seen[0], seen[1], seen[2]);
+        }
+    }
+    let path = table(truth.number);
+    std::fs::write(&path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    Ok(())
+}
