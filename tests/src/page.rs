@@ -9,7 +9,7 @@ use std::process::Command;
 use crate::row::FigureRow;
 
 /// Names of the sections, in the document's order.
-pub const SECTIONS: [&str; 5] = ["control", "link", "safety", "blind", "body"];
+pub const SECTIONS: [&str; 6] = ["control", "link", "safety", "blind", "walks", "body"];
 
 /// Why a section could not be written.
 #[derive(Debug, thiserror::Error)]

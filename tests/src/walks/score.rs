@@ -31,6 +31,8 @@ pub struct Outcome {
     pub seconds: f64,
 }
 
+/// The median of fewer robots is shown and not judged.
+const FEW: usize = 10;
 /// Names that a class may have to be an answer.
 const MOST_NAMES: usize = 3;
 
@@ -169,13 +171,13 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
     .collect();
     let mut named: Vec<f64> = of("effect").iter().filter(|one| one.right()).map(|one| one.after_over_scatter).collect();
     if let Some(median) = common::median(&mut named) {
-        rows.push(FigureRow::new(
-            "of those named right: held-out error after over what repeats make of a mean, median",
-            "1.25",
-            format!("{median:.2}"),
-            median <= 1.25,
-            json!(median),
-        ));
+        let what = "of those named right: held-out error after over what repeats make of a mean, median";
+        let told = format!("{median:.2} of {}", named.len());
+        rows.push(if named.len() < FEW {
+            FigureRow::beside(what, told, json!(median))
+        } else {
+            FigureRow::new(what, "1.25", told, median <= 1.25, json!(median))
+        });
     }
     let mut seconds: Vec<f64> = outcomes.iter().map(|one| one.seconds).collect();
     if let Some(median) = common::median(&mut seconds) {

@@ -109,11 +109,11 @@ fn evidence(found: &WalkDiagnosis) -> String {
         };
         let adequate = one.adequate.map_or("not looked at", |adequate| if adequate { "yes" } else { "no" });
         format!(
-            "<tr{class}><td><b>{}</b><small>{}</small></td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
+            "<tr{class}><td><b>{}</b><small>{}</small></td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{}</td><td>{adequate}</td></tr>",
             escape(&name),
             escape(what),
-            one.log10_bayes_factor,
+            format!("{:.1}", one.log10_bayes_factor).replace('-', "\u{2212}"),
             if one.effects.is_empty() { "–".into() } else { percent(Some(one.probability)) },
             one.misfit.map_or_else(|| "–".into(), three),
         )
