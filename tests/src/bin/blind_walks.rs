@@ -20,8 +20,8 @@ use system_tests::walks::{Outcome, Truth, make, robot_file, rows, table, truths}
 #[derive(Parser)]
 #[command(after_help = "Examples:
   cargo blind-walks                                       all robots, as the long campaign has them
-  cargo blind-walks --effects 2 --nothing 1 --outside 0   what every change must pass
-  cargo blind-walks --make                                only make the tables that are missing; an hour with MuJoCo")]
+  cargo blind-walks --first 1 --effects 4 --nothing 0 --outside 0 --only 4   what every change must pass
+  cargo blind-walks --make                                only make the tables that are missing: a minute each with MuJoCo")]
 struct Arguments {
     /// Robots with an effect of the catalogue
     #[arg(long, default_value_t = 30)]

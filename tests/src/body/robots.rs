@@ -2,21 +2,20 @@
 //! this simulator made, and speeds that MuJoCo's multibody made under another law of the feet. The seeds decide everything and were not
 //! looked at.
 
-use hal_sim::body::Plan;
-use identify::robot::{Numbers, Options, RobotFit, Run, identify, rolled, simulate};
+use identify::robot::{Numbers, Options, RobotFit, Run, identify, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 use robot_file::edit::Document;
 use serde_json::json;
-use sweep::{ALPHAS, FREQUENCIES, Measured};
+use sweep::Measured;
 
 use super::PeerSetup;
 use super::error_measures::percent;
 use super::multibody::{Multibody, OtherLaw};
 use super::peer::{PeerError, not_compared, root};
 use crate::row::FigureRow;
+use crate::walks::tables::{conditions, repeated, walked};
 
 /// Where the seeds begin.
 const FIRST_SEED: u64 = 83_000;
@@ -27,9 +26,6 @@ const ALL: u64 = 6;
 const MOST: f64 = 0.05;
 /// How many of the 90 % intervals must hold the truth.
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.85..=0.95;
-/// One repeat scatters by this share of the largest speed.
-const SCATTER: f64 = 0.03;
-const REPEATS: usize = 3;
 /// MuJoCo's coarser step, s; the other one is half of it.
 const COARSE_S: f64 = 5e-5;
 /// A sphere's spring, and friction that is a fifth higher at rest.
@@ -88,10 +84,6 @@ fn rows_of(bench: &PeerSetup, robots: u64) -> Vec<FigureRow> {
 
 const REQUIRED: &str = "5 %";
 
-fn conditions() -> Vec<(f64, f64)> {
-    ALPHAS.iter().flat_map(|alpha| FREQUENCIES.map(|f| (f, *alpha))).collect()
-}
-
 fn document() -> Document {
     Document::load(&root().join("robot.toml")).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -120,28 +112,14 @@ fn theirs(peer: &super::peer::Peer, multibody: &Multibody, seed: u64) -> Result<
     let numbers = Numbers::new(&document(), false).unwrap_or_else(|error| panic!("{error}"));
     let truth = drawn(&mut random, &numbers);
     let plan = numbers.plan(&truth).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
-    let one = |(place, (f_hz, alpha_deg)): (usize, &(f64, f64))| -> Result<[f64; 3], PeerError> {
-        let plan: Plan = rolled(&plan, *alpha_deg);
-        let model = peer.export(&format!("robot {seed} {place}"), &plan, &mjcf::Options::default());
-        // The program counts counter-clockwise.
-        let [vx, vy, yaw] = multibody.speeds_under(OTHER_LAW, (&plan, &model), -f_hz, COARSE_S)?;
-        Ok([1e3 * vx, 1e3 * vy, yaw.to_degrees()])
-    };
-    let speeds = conditions().par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
+    let speeds = walked((peer, multibody), &format!("robot {seed}"), &plan, OTHER_LAW, COARSE_S)?;
     Ok(found(&mut random, seed, (&numbers, &truth), &speeds))
 }
 
 /// Three repeats of every condition, identified.
 fn found(random: &mut Pcg64, seed: u64, (numbers, at): (&Numbers, &[f64]), speeds: &[[f64; 3]]) -> Found {
     let largest = [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max));
-    let mut seen = |one: &[f64; 3]| {
-        [0, 1, 2].map(|part| {
-            let normal: f64 = StandardNormal.sample(random);
-            Some(one[part] + SCATTER * largest[part] * normal)
-        })
-    };
-    let runs: Vec<_> =
-        (0..REPEATS).flat_map(|_| conditions()).zip(speeds.iter().cycle()).map(|(at, one)| (at, seen(one))).collect();
+    let runs = repeated(random, speeds).into_iter().map(|(at, speeds)| (at, speeds.map(Some)));
     let options = Options { seed: random.random(), ..Options::default() };
     let fit = identify(&document(), &Measured::of_runs(runs), &options).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
     let truth = numbers.all.iter().zip(at).map(|(number, at)| (number.path.clone(), number.at(*at))).collect();

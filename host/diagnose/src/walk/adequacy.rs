@@ -2,7 +2,7 @@
 
 use hal_sim::random::Stream;
 use identify::least_squares::Minimum;
-use identify::robot::{Posterior, RobotError, Table};
+use identify::robot::{Posterior, RobotError, freedom};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -30,19 +30,12 @@ impl Adequacy {
 
     /// Of a model at its most probable numbers.
     pub fn of(posterior: &mut Posterior, best: &Minimum, draws: &mut Stream) -> Result<Self, RobotError> {
-        let numbers = best.point.len();
-        let rows = best.residuals.len() - numbers;
-        let normal = best.derivatives.tr_mul(&best.derivatives);
-        let covariance = Cholesky::new(normal).map(|factors| factors.inverse());
-        let data = best.derivatives.rows(0, rows);
-        // How many numbers the data set, not the belief.
-        let taken = covariance.as_ref().map_or(numbers as f64, |inverse| (inverse * data.tr_mul(&data)).trace());
-        let freedom = (rows as f64 - taken).max(1.0);
+        let freedom = freedom(best);
         let spoken = posterior.speeds(std::slice::from_ref(&best.point))?.pop().flatten();
         let Some(speeds) = spoken else { return Err(RobotError::CannotRun("a run blew up".into())) };
         let mean_square = posterior.deviations(&speeds).norm_squared() / freedom;
-        let held_out = match covariance {
-            Some(covariance) => held_out(posterior, &best.point, (&speeds, &covariance), draws)?,
+        let held_out = match best.covariance() {
+            Some(covariance) => held_out(posterior, &best.point, (&speeds, covariance), draws)?,
             None => None,
         };
         Ok(Self {
@@ -70,13 +63,13 @@ fn tail_of_square(square: f64, freedom: f64) -> f64 {
 fn held_out(
     posterior: &mut Posterior,
     best: &DVector<f64>,
-    (speeds, covariance): (&[f64], &DMatrix<f64>),
+    (speeds, covariance): (&[f64], DMatrix<f64>),
     draws: &mut Stream,
 ) -> Result<Option<f64>, RobotError> {
-    let Some(root) = Cholesky::new(covariance.clone()) else { return Ok(None) };
+    let Some(root) = Cholesky::new(covariance) else { return Ok(None) };
     let points: Vec<DVector<f64>> =
         (0..DRAWN).map(|_| best + root.l() * DVector::from_fn(best.len(), |_, _| draws.normal())).collect();
-    let off = held_out_deviations(posterior.table, speeds);
+    let off = posterior.table.deviations_where(speeds, true);
     if off.is_empty() {
         return Ok(None);
     }
@@ -84,7 +77,7 @@ fn held_out(
         .speeds(&points)?
         .iter()
         .flatten()
-        .map(|speeds| held_out_deviations(posterior.table, speeds) - &off)
+        .map(|speeds| posterior.table.deviations_where(speeds, true) - &off)
         .collect();
     let mut scatter = DMatrix::identity(off.len(), off.len());
     for one in &drawn {
@@ -94,15 +87,6 @@ fn held_out(
     let square = off.dot(&factors.solve(&off));
     let count = off.len() as f64;
     Ok(Some(beyond(square / count, count, posterior.table.repeated())))
-}
-
-/// Deviations of the held-out means from simulated speeds, in units of what they are known to.
-fn held_out_deviations(table: &Table, speeds: &[f64]) -> DVector<f64> {
-    let held_out = table.means.iter().enumerate().filter(|(k, _)| table.held_out[*k]);
-    let all = held_out.flat_map(|(k, means)| {
-        (0..3).filter_map(move |part| Some((speeds[3 * k + part] - means[part]?) / table.deviations[k][part]))
-    });
-    DVector::from_vec(all.collect())
 }
 
 #[cfg(test)]

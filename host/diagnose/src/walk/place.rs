@@ -26,15 +26,11 @@ pub const SPEEDS: [&str; 3] = ["vx", "vy", "yaw"];
 
 /// All parts, those where the walk is most clearly wrong first.
 pub fn places(table: &Table, speeds: &[f64]) -> Vec<Place> {
-    let mut all: Vec<(f64, [(&'static str, String); 4])> = Vec::new();
-    for (k, (f, alpha)) in table.conditions.iter().enumerate() {
-        for part in 0..3 {
-            if let Some(mean) = table.means[k][part] {
-                let deviation = (speeds[3 * k + part] - mean) / table.deviations[k][part];
-                all.push((deviation * deviation, parts_of(*f, *alpha, part)));
-            }
-        }
-    }
+    let squared = |(k, part, deviation): (usize, usize, f64)| {
+        let (f, alpha) = table.conditions[k];
+        (deviation * deviation, parts_of(f, alpha, part))
+    };
+    let all: Vec<(f64, [(&'static str, String); 4])> = table.deviations(speeds).map(squared).collect();
     let mut found = Vec::new();
     for by in 0..4 {
         let mut names: Vec<&String> = all.iter().map(|(_, parts)| &parts[by].1).collect();

@@ -32,7 +32,7 @@ pub use captured::{Placement, speeds};
 pub use error::RobotError;
 pub use fit::{Options, Progress, Search, Stage, identify, in_pool, rough_minima};
 pub use numbers::{Number, Numbers};
-pub use outcome::{ComponentError, ConditionFit, Parameter, RobotFit};
+pub use outcome::{ComponentError, ConditionFit, Parameter, RobotFit, freedom};
 pub use posterior::Posterior;
 pub use table::{Held, Table};
 pub use walk::{Run, rolled, speeds as simulate};

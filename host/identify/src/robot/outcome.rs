@@ -178,15 +178,21 @@ fn mean(points: &[(f64, DVector<f64>)], of: impl Fn(&DVector<f64>) -> f64) -> f6
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
-/// Root mean square of the means' deviations, with the degrees of freedom that the numbers take given back.
-fn misfit(best: &Minimum) -> f64 {
+/// Degrees of freedom that a minimum leaves the data: numbers take them as far as the data set them, and not the belief.
+#[must_use]
+pub fn freedom(best: &Minimum) -> f64 {
     let numbers = best.point.len();
     let rows = best.residuals.len() - numbers;
     let data = best.derivatives.rows(0, rows);
     let normal = best.derivatives.tr_mul(&best.derivatives);
-    // How many numbers the data set, not the belief.
     let taken = normal.try_inverse().map_or(numbers as f64, |inverse| (inverse * data.tr_mul(&data)).trace());
-    (best.residuals.rows(0, rows).norm_squared() / (rows as f64 - taken).max(1.0)).sqrt()
+    (rows as f64 - taken).max(1.0)
+}
+
+/// Root mean square of the means' deviations, with the degrees of freedom that the numbers take given back.
+fn misfit(best: &Minimum) -> f64 {
+    let rows = best.residuals.len() - best.point.len();
+    (best.residuals.rows(0, rows).norm_squared() / freedom(best)).sqrt()
 }
 
 fn sorted(mut parameters: Vec<Parameter>) -> Vec<Parameter> {

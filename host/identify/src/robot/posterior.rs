@@ -96,13 +96,7 @@ impl<'a> Posterior<'a> {
 
     /// Deviations of the fitted means, in units of what they are known to.
     pub fn deviations(&self, speeds: &[f64]) -> DVector<f64> {
-        let table = self.table;
-        let fitted = table.means.iter().enumerate().filter(|(k, _)| !table.held_out[*k]);
-        let deviations = fitted.flat_map(|(k, means)| {
-            let of = move |part: usize| Some((speeds[3 * k + part] - means[part]?) / table.deviations[k][part]);
-            (0..3).filter_map(of)
-        });
-        DVector::from_iterator(table.fitted(), deviations)
+        self.table.deviations_where(speeds, false)
     }
 
     /// Residuals of which half the square is minimised.

@@ -1,5 +1,6 @@
 //! What was measured: means over the repeats of each condition, and how far repeats scatter.
 
+use nalgebra::DVector;
 use sweep::{Component, Measured};
 
 use super::RobotError;
@@ -56,6 +57,22 @@ impl Table {
     #[must_use]
     pub fn repeated(&self) -> Option<usize> {
         Some(self.freedom).filter(|freedom| *freedom > 0)
+    }
+
+    /// Deviations of simulated speeds (condition after condition) from the means, in units of what those are known to, with condition and
+    /// speed.
+    pub fn deviations<'a>(&'a self, speeds: &'a [f64]) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+        let places = (0..self.means.len()).flat_map(|k| (0..3).map(move |part| (k, part)));
+        places.filter_map(move |(k, part)| {
+            Some((k, part, (speeds[3 * k + part] - self.means[k][part]?) / self.deviations[k][part]))
+        })
+    }
+
+    /// Those of the means that are held out, or of those that are fitted.
+    #[must_use]
+    pub fn deviations_where(&self, speeds: &[f64], held_out: bool) -> DVector<f64> {
+        let some = self.deviations(speeds).filter(|(k, ..)| self.held_out[*k] == held_out);
+        DVector::from_vec(some.map(|(.., deviation)| deviation).collect())
     }
 
     /// How many means are fitted.

@@ -27,7 +27,7 @@ use super::then_run::Place;
 use super::{Common, Done, Failure, load_robot, print, print_json, say, table, write};
 
 /// The extended model; the others that are still standing are numbered from 2.
-const ROBOT: &str = "robot.toml";
+pub const ROBOT: &str = "robot.toml";
 
 /// Find what the simulation gets wrong about a recorded robot, and name its cause
 ///

@@ -8,15 +8,12 @@ use miette::{Report, miette};
 use plot::report::{WalkAbout, walk_html};
 use robot_file::edit::Document;
 
-use super::diagnose::progress;
+use super::diagnose::{ROBOT, progress};
 use super::identify::capture::CaptureArgs;
 use super::identify::short;
 use super::measured::{MeasuredArgs, held_out, kept_beside};
 use super::run_directory::DIAGNOSED;
 use super::{Common, Done, print, print_json, say, table, write};
-
-/// The robot file with what was found.
-const ROBOT: &str = "robot.toml";
 
 /// A walk's diagnosis as the command line asks for it.
 pub struct WalkRun<'a> {
