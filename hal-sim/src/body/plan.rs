@@ -85,6 +85,9 @@ pub struct Eccentric {
     pub inertia: [f64; 2],
     /// The bolt's own radius and length, m: for pictures.
     pub bolt: [f64; 2],
+    /// Of the position servo that holds the shaft at its phase where no motor is simulated: stiffness, N·m/rad, and damping, N·m·s/rad;
+    /// none where it turns whatever torque that takes.
+    pub servo: Option<[f64; 2]>,
 }
 
 /// How the feet touch the ground: a compliant sphere with friction.
@@ -162,6 +165,9 @@ impl Plan {
                 height: 0.5 * modules[0].size[2] + file.height_m.value,
                 inertia: [0.5 * mass * radius * radius, mass * (3.0 * radius * radius + length * length) / 12.0],
                 bolt: [radius, length],
+                servo: file.servo_nm_per_rad.as_ref().map(|stiffness| {
+                    [stiffness.value, file.servo_nm_s_per_rad.as_ref().map_or(0.0, |damping| damping.value)]
+                }),
             }
         });
         Ok(Self { modules, backbones, eccentric, contact: contact(robot), clamped, gravity: gravity(robot) })

@@ -56,9 +56,9 @@ pub struct Options {
     pub impratio: f64,
     /// What solves the contacts.
     pub solver: Solver,
-    /// Stiffness of the rotor's position servo, N·m/rad.
+    /// Stiffness of the rotor's position servo, N·m/rad, where the robot file has none.
     pub servo_nm_per_rad: f64,
-    /// Damping of the rotor's position servo, N·m·s/rad.
+    /// Damping of the rotor's position servo, N·m·s/rad, where the robot file has none.
     pub servo_nm_s_per_rad: f64,
     /// Time constant (s) and damping ratio of a contact.
     pub solref: [f64; 2],

@@ -160,15 +160,15 @@ impl Writer<'_> {
     }
 
     fn servo(&mut self) {
-        if self.plan.eccentric.is_none() {
-            return;
-        }
+        let Some(eccentric) = self.plan.eccentric else { return };
+        let [stiffness, damping] =
+            eccentric.servo.unwrap_or([self.options.servo_nm_per_rad, self.options.servo_nm_s_per_rad]);
         self.xml.open("actuator", &[]);
         let servo = [
             ("name", "rotor".into()),
             ("joint", "rotor".into()),
-            ("kp", numbers(&[self.options.servo_nm_per_rad])),
-            ("kv", numbers(&[self.options.servo_nm_s_per_rad])),
+            ("kp", numbers(&[stiffness])),
+            ("kv", numbers(&[damping])),
         ];
         self.xml.element("position", &servo);
         self.xml.close();

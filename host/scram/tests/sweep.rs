@@ -391,13 +391,13 @@ fn claims_are_judged_with_their_numbers() {
     let (text, _) = succeeds(directory.path(), &format!("{words} --json"));
     let judged: Value = serde_json::from_str(&text).unwrap();
     let claims = judged["claims"].as_array().unwrap();
-    assert_eq!(claims.len(), 10);
+    assert_eq!(claims.len(), 12);
     for claim in claims {
         assert!(claim["holds"].is_boolean(), "{claim}");
         assert!(claim["numbers"].as_array().unwrap().iter().all(|number| number["value"].is_number()), "{claim}");
     }
     let (text, _) = succeeds(directory.path(), words);
-    assert!(text.contains("of 10 claims hold") && text.contains("onset:"), "{text}");
+    assert!(text.contains("of 12 claims hold") && text.contains("onset:"), "{text}");
 }
 
 #[test]

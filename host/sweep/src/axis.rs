@@ -20,6 +20,8 @@ pub enum Factor {
     Quantity(String),
     /// A factor on the feet's friction.
     FrictionFactor,
+    /// The shaft swings between 0 and this angle, degrees counter-clockwise, instead of turning; at 0 it turns.
+    Swing,
 }
 
 /// Something that is varied, and its values in the order in which they were given.
@@ -104,6 +106,7 @@ impl Factor {
             "f" => return Ok(Self::Frequency),
             "alpha" | "backbone.alpha_deg" => return Ok(Self::Alpha),
             "body.modules" => return Ok(Self::Modules),
+            "swing" => return Ok(Self::Swing),
             _ => {}
         }
         let Some(rest) = path.strip_prefix("backbone.roll_deg") else { return Ok(Self::Quantity(path.into())) };
@@ -125,6 +128,7 @@ impl Factor {
             Self::Modules => "body.modules".into(),
             Self::Quantity(path) => path.clone(),
             Self::FrictionFactor => "friction_factor".into(),
+            Self::Swing => "swing".into(),
         }
     }
 
@@ -134,6 +138,7 @@ impl Factor {
         match self {
             Self::Frequency => "f_hz".into(),
             Self::Alpha => "alpha_deg".into(),
+            Self::Swing => "swing_deg".into(),
             other => other.path(),
         }
     }
@@ -147,6 +152,7 @@ impl Factor {
             Self::Roll(backbone) => format!("roll of backbone {} / °", backbone + 1),
             Self::Modules => "modules".into(),
             Self::FrictionFactor => "factor on the friction".into(),
+            Self::Swing => "swing from 0 to / °".into(),
             Self::Quantity(path) => match unit::of(path) {
                 "1" => path.clone(),
                 unit => format!("{path} / {unit}"),
@@ -201,6 +207,7 @@ mod tests {
         assert_eq!(Axis::parse("alpha=90:0:4").unwrap().values, [90.0, 60.0, 30.0, 0.0]);
         assert_eq!(Axis::parse("backbone.alpha_deg=5:9:1").unwrap(), Axis { what: Factor::Alpha, values: vec![5.0] });
         assert_eq!(Axis::parse("backbone.roll_deg[2]=10").unwrap().what, Factor::Roll(1));
+        assert_eq!(Axis::parse("swing=-100,100").unwrap().what, Factor::Swing);
         assert_eq!(Axis::parse("body.modules=2:5:4").unwrap().values, [2.0, 3.0, 4.0, 5.0]);
     }
 

@@ -52,6 +52,10 @@ pub enum SweepError {
     #[error("no controller for this robot: {0}")]
     #[diagnostic(help("--drive ideal turns the eccentric without one"))]
     Design(String),
+    /// The numbers cannot be searched.
+    #[error("no search over this robot's numbers: {0}")]
+    #[diagnostic(help("give the unknown numbers of the robot file a low below their high"))]
+    Search(String),
     /// The thread pool cannot be created.
     #[error("no threads: {0}")]
     #[diagnostic(help("name fewer with --threads"))]
@@ -104,12 +108,13 @@ impl<'a> Campaign<'a> {
     pub fn new(builder: &'a VariantBuilder, design: Design, settings: RunSettings) -> Result<Self, SweepError> {
         let mut known: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
         let mut distinct: Vec<&Vec<f64>> = Vec::new();
-        let frequency = design.position(&Factor::Frequency);
+        // What the shaft does is none of the robot's properties.
+        let drive = [Factor::Frequency, Factor::Swing].map(|what| design.position(&what));
         let variant_of = design
             .points
             .iter()
             .map(|point| {
-                let others = point.iter().enumerate().filter(|(index, _)| Some(*index) != frequency);
+                let others = point.iter().enumerate().filter(|(index, _)| !drive.contains(&Some(*index)));
                 let key = others.map(|(_, value)| value.to_bits()).collect();
                 *known.entry(key).or_insert_with(|| {
                     distinct.push(point);
@@ -137,8 +142,9 @@ impl<'a> Campaign<'a> {
     fn trial(&self, run: usize) -> Trial<'_> {
         let (point, seeds) = (self.design.point(run), self.design.seeds_of(run));
         let (variant, parameters) = &self.variants[self.variant_of[point]];
-        let f_hz = self.design.frequency(&self.design.points[point]);
-        Trial { variant, parameters: parameters.as_ref(), f_hz, seeds }
+        let at = &self.design.points[point];
+        let (f_hz, swing_deg) = (self.design.frequency(at), self.design.swing(at));
+        Trial { variant, parameters: parameters.as_ref(), f_hz, swing_deg, seeds }
     }
 
     /// Runs of one shape side by side, in a fixed order.
@@ -230,15 +236,14 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    /// Every run's outcome, nothing written: for a search, which keeps a table of its own.
+    /// Every run's outcome, nothing written: for a search, which keeps a table of its own. In the calling pool's threads.
     ///
     /// # Errors
     /// A run cannot be made.
     pub fn outcomes(&self) -> Result<Vec<Run>, TrialError> {
-        let mut runs = BTreeMap::new();
-        for group in self.groups(0..self.design.runs()) {
-            runs.extend(self.group(&group)?);
-        }
+        let groups = self.groups(0..self.design.runs());
+        let found: Vec<_> = groups.par_iter().map(|group| self.group(group)).collect::<Result<_, _>>()?;
+        let runs: BTreeMap<usize, Outcome> = found.into_iter().flatten().collect();
         let run = |(run, outcome): (usize, Outcome)| Run {
             point: self.design.point(run),
             measures: outcome.measures,

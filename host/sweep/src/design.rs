@@ -101,4 +101,10 @@ impl Design {
     pub fn frequency(&self, point: &[f64]) -> f64 {
         self.position(&Factor::Frequency).map_or(USUAL_F_HZ, |index| point[index])
     }
+
+    /// Where the shaft swings to from 0 at a point, degrees; 0 where it turns.
+    #[must_use]
+    pub fn swing(&self, point: &[f64]) -> f64 {
+        self.position(&Factor::Swing).map_or(0.0, |index| point[index])
+    }
 }

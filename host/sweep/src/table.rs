@@ -170,12 +170,12 @@ impl Conditions {
 pub struct Scatter {
     /// Standard deviation between runs of one robot.
     pub runs: f64,
-    /// Standard deviation between robots beyond that.
-    pub robots: f64,
+    /// Standard deviation between robots beyond that; none of one robot.
+    pub robots: Option<f64>,
 }
 
 impl Scatter {
-    /// Of the repeats of every condition, so many in a row being of one robot. None where a robot has one run, or there is one robot.
+    /// Of the repeats of every condition, so many in a row being of one robot. None where a robot has one run.
     #[must_use]
     pub fn new(conditions: &[Vec<Option<f64>>], runs_a_robot: usize) -> Option<Self> {
         let largest = conditions.iter().filter_map(|repeats| Stat::of(repeats.iter().copied()).mean);
@@ -193,13 +193,17 @@ impl Scatter {
             }
             between.1 += means.len().max(1) as f64 - 1.0;
         }
-        if within.1 <= 0.0 || between.1 <= 0.0 || largest <= 0.0 {
+        if within.1 <= 0.0 || largest <= 0.0 {
             return None;
         }
-        let (within, between) = (within.0 / within.1, between.0 / between.1);
+        let within = within.0 / within.1;
         // A robot's mean scatters with its runs, too.
-        let robots = (between - within / runs_a_robot as f64).max(0.0);
-        Some(Self { runs: within.sqrt() / largest, robots: robots.sqrt() / largest })
+        let robots =
+            |(sum, freedom): (f64, f64)| (sum / freedom - within / runs_a_robot as f64).max(0.0).sqrt() / largest;
+        Some(Self {
+            runs: within.sqrt() / largest,
+            robots: Some(between).filter(|(_, freedom)| *freedom > 0.0).map(robots),
+        })
     }
 }
 
@@ -262,9 +266,9 @@ mod tests {
         let one = vec![Some(8.0), Some(12.0), Some(18.0), Some(22.0)];
         let found = Scatter::new(std::slice::from_ref(&one), 2).unwrap();
         assert!((found.runs - 8f64.sqrt() / 15.0).abs() < 1e-12, "{found:?}");
-        assert!((found.robots - 46f64.sqrt() / 15.0).abs() < 1e-12, "{found:?}");
+        assert!((found.robots.unwrap() - 46f64.sqrt() / 15.0).abs() < 1e-12, "{found:?}");
         assert_eq!(Scatter::new(std::slice::from_ref(&one), 1), None, "a run a robot");
-        assert_eq!(Scatter::new(&[one[..2].to_vec()], 2), None, "one robot");
+        assert_eq!(Scatter::new(&[one[..2].to_vec()], 2).unwrap().robots, None, "one robot");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 mod group;
 mod phase;
 
-use control::{Controller, Parameters};
+use control::{Controller, Parameters, Stroke};
 use group::Group;
 use hal_sim::body::{Plan, Precision, Track};
 use hal_sim::random::Seeds;
@@ -56,8 +56,10 @@ pub struct Trial<'a> {
     pub variant: &'a Variant,
     /// What the robot's controller knows, where a motor drives.
     pub parameters: Option<&'a Parameters>,
-    /// Actuation frequency, Hz, positive clockwise.
+    /// Actuation frequency, Hz, positive clockwise; with an ideal shaft that of a swing, too.
     pub f_hz: f64,
+    /// The shaft swings between 0 and this angle, degrees counter-clockwise, instead of turning; 0 where it turns.
+    pub swing_deg: f64,
     /// Of what is random in it.
     pub seeds: Seeds,
 }
@@ -81,11 +83,11 @@ pub enum TrialError {
     #[diagnostic(help("choose other values, or a shorter --step"))]
     Body(String),
     /// The robot's controller refuses.
-    #[error("axis `f`: {f_hz} Hz: {why}")]
+    #[error("{axis}: {why}")]
     #[diagnostic(help("the limits are in [controller.limits] of the robot file; --drive ideal has none"))]
     Refused {
-        /// Actuation frequency, Hz, positive clockwise.
-        f_hz: f64,
+        /// The axis and its value.
+        axis: String,
         /// The controller's words.
         why: String,
     },
@@ -105,14 +107,30 @@ pub fn shape(plan: &Plan) -> (Vec<usize>, Option<usize>, bool) {
 pub fn check(trial: &Trial<'_>) -> Result<(), TrialError> {
     let Some(parameters) = trial.parameters else { return Ok(()) };
     let mut controller = Controller::new(parameters).map_err(|error| TrialError::Body(error.to_string()))?;
-    command(&mut controller, trial.f_hz, 0)
+    trial.start(&mut controller, 0)
 }
 
-fn command(controller: &mut Controller, f_hz: f64, time_us: u64) -> Result<(), TrialError> {
-    let command = DriveCommand::Freq { hz: f_hz };
-    let limits = controller.parameters().limits;
-    let refused = |refusal| TrialError::Refused { f_hz, why: simulation::said(command, refusal, &limits) };
-    controller.command(command.to_control(), time_us).map_err(refused)
+impl Trial<'_> {
+    /// What a motor's controller is told.
+    fn command(&self) -> DriveCommand {
+        if self.swing_deg == 0.0 {
+            return DriveCommand::Freq { hz: self.f_hz };
+        }
+        let (from_deg, to_deg) = (self.swing_deg.min(0.0), self.swing_deg.max(0.0));
+        DriveCommand::Oscillate { from_deg, to_deg, style: Stroke::default() }
+    }
+
+    fn start(&self, controller: &mut Controller, time_us: u64) -> Result<(), TrialError> {
+        let command = self.command();
+        let limits = controller.parameters().limits;
+        let axis = if self.swing_deg == 0.0 {
+            format!("axis `f`: {} Hz", self.f_hz)
+        } else {
+            format!("axis `swing`: {}°", self.swing_deg)
+        };
+        let refused = |refusal| TrialError::Refused { axis, why: simulation::said(command, refusal, &limits) };
+        controller.command(command.to_control(), time_us).map_err(refused)
+    }
 }
 
 /// Runs robots of one shape.
@@ -143,11 +161,15 @@ pub fn simulate(trials: &[Trial<'_>], settings: &RunSettings) -> Result<Vec<Outc
     }
     let ends = tracks.iter().zip(&angles).enumerate();
     Ok(ends
-        .map(|(i, (track, angles))| outcome(track, angles, settings.seconds, group.fault(i), trials[i].f_hz))
+        .map(|(i, (track, angles))| {
+            let held = Some(trials[i].f_hz).filter(|_| trials[i].swing_deg == 0.0);
+            outcome(track, angles, settings.seconds, group.fault(i), held)
+        })
         .collect())
 }
 
-fn outcome(track: &Track, angles: &[f64], seconds: f64, fault: Option<String>, f_hz: f64) -> Outcome {
+/// Of a run that holds a frequency, where it should.
+fn outcome(track: &Track, angles: &[f64], seconds: f64, fault: Option<String>, f_hz: Option<f64>) -> Outcome {
     if let Some(why) = blow_up(track) {
         return Outcome { note: why.to_string(), ..Outcome::default() };
     }
@@ -157,7 +179,8 @@ fn outcome(track: &Track, angles: &[f64], seconds: f64, fault: Option<String>, f
     // A group's interval is whole ticks or steps: near INTERVAL_S, not always equal.
     let time = track.snapshots[angles.len() - 1].time_s - track.snapshots[middle].time_s;
     measures.mean_f_hz = Some(frequency_from_omega(turned / time)).filter(|f| f.is_finite());
-    let held = measures.mean_f_hz.is_some_and(|f| (f - f_hz).abs() <= 0.02 * f_hz.abs());
+    let near = |f_hz: f64| measures.mean_f_hz.is_some_and(|f| (f - f_hz).abs() <= 0.02 * f_hz.abs());
+    let held = f_hz.is_none_or(near);
     let note = match fault {
         Some(fault) => fault,
         None if !held => "the shaft does not hold the frequency".into(),
@@ -186,7 +209,7 @@ mod tests {
         let times = (0..100).map(|k| 0.0105 * f64::from(k));
         let angles: Vec<f64> = times.clone().map(|time_s| omega_from_frequency(7.0) * time_s).collect();
         let snapshots = times.map(|time_s| Snapshot { time_s, ..still.clone() }).collect();
-        let outcome = outcome(&Track { plan, snapshots, energy_j: vec![] }, &angles, 1.0, None, 7.0);
+        let outcome = outcome(&Track { plan, snapshots, energy_j: vec![] }, &angles, 1.0, None, Some(7.0));
         assert!((outcome.measures.mean_f_hz.unwrap() - 7.0).abs() < 1e-6, "{outcome:?}");
         assert_eq!(outcome.note, "");
     }

@@ -125,6 +125,11 @@ table! {
         bolt_radius_m: Quantity = 1e-4..=0.05,
         /// The bolt's own length.
         bolt_length_m: Quantity = 1e-4..=0.1,
+        /// How stiffly the shaft is held at its phase where no motor is simulated (identification of a robot, its walk's diagnosis,
+        /// MuJoCo's model): stiffness of a position servo. Without it the shaft turns at its frequency whatever torque that takes.
+        servo_nm_per_rad: Option<Quantity> = 1e-4..=1e3,
+        /// Damping of that servo; 0 without it.
+        servo_nm_s_per_rad: Option<Quantity> = 0.0..=10.0,
     }
 }
 

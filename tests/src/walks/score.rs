@@ -5,6 +5,7 @@ use diagnose::walk::WalkDiagnosis;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::tables::REPEATS;
 use super::truth::{Hidden, Truth};
 use crate::row::FigureRow;
 
@@ -17,12 +18,16 @@ pub struct Outcome {
     pub hidden: String,
     /// What was said.
     pub verdict: Verdict,
+    /// How many effects are named together.
+    pub named: usize,
     /// The named effects and those that may take their place.
     pub class: Vec<String>,
     /// What the shown model leaves of the fitted means, in units of what they are known to.
     pub misfit: f64,
-    /// Of the held-out conditions after over what repeats make of a mean: root mean square of the three speeds.
+    /// Of the held-out conditions after over how far repeats scatter: root mean square of the three speeds.
     pub after_over_scatter: f64,
+    /// The same over what repeats make of a mean.
+    pub after_over_mean: f64,
     /// Root mean square at ±6 Hz over that at ±8 Hz of what the model leaves, before and after.
     pub slow_over_fast: [f64; 2],
     /// Sets of numbers simulated.
@@ -52,13 +57,16 @@ impl Outcome {
             .zip(&found.scatter)
             .filter_map(|(after, scatter)| Some((*after)? / (*scatter)?))
             .collect();
+        let after_over_mean = root_mean_square(&shares);
         Self {
             number: truth.number,
             hidden,
             verdict: found.verdict,
+            named: found.causes.len(),
             class: class.cloned().collect(),
             misfit: shown_misfit(found),
-            after_over_scatter: root_mean_square(&shares),
+            after_over_scatter: after_over_mean / (REPEATS as f64).sqrt(),
+            after_over_mean,
             slow_over_fast: slow_over_fast(found),
             simulated: found.simulated,
             seconds,
@@ -71,22 +79,29 @@ impl Outcome {
         match self.hidden.as_str() {
             "nothing" => self.verdict == Verdict::Nothing,
             outside if outside.starts_with("outside") => self.verdict == Verdict::Unexplained,
-            effect => self.class.len() <= MOST_NAMES && self.class.iter().any(|name| name == effect),
+            // A second effect beside the hidden one is a false name.
+            effect => self.named == 1 && self.class.len() <= MOST_NAMES && self.class.iter().any(|name| name == effect),
         }
+    }
+
+    /// What was named, for people: effects of a pair, or those of which one is meant.
+    fn names(&self) -> String {
+        self.class.join(if self.named > 1 { " with " } else { " or " })
     }
 
     /// For people.
     #[must_use]
     pub fn line(&self) -> String {
         format!(
-            "{} {} {}: {} {} (misfit {:.2}, held out {:.2} of the scatter, ±6 Hz over ±8 Hz {:.2} before, {:.2} after; {} sets, {:.0} s)",
+            "{} {} {}: {} {} (misfit {:.2}, held out {:.2} of the repeats' scatter, {:.2} of their mean's, ±6 Hz over ±8 Hz {:.2} before, {:.2} after; {} sets, {:.0} s)",
             if self.right() { "ok  " } else { "MISS" },
             self.number,
             self.hidden,
             self.verdict.word(),
-            self.class.join(" or "),
+            self.names(),
             self.misfit,
             self.after_over_scatter,
+            self.after_over_mean,
             self.slow_over_fast[0],
             self.slow_over_fast[1],
             self.simulated,
@@ -145,7 +160,7 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
         let missed: Vec<String> = some
             .iter()
             .filter(|one| !one.right())
-            .map(|one| format!("{} {}: {} {}", one.number, one.hidden, one.verdict.word(), one.class.join(" or ")))
+            .map(|one| format!("{} {}: {} {}", one.number, one.hidden, one.verdict.word(), one.names()))
             .collect();
         let told = if missed.is_empty() { String::new() } else { format!("; missed: {}", missed.join("; ")) };
         let alone = if kind == "effect" { format!(", {alone} of them alone") } else { String::new() };
@@ -169,10 +184,14 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
     .into_iter()
     .flatten()
     .collect();
-    let mut named: Vec<f64> = of("effect").iter().filter(|one| one.right()).map(|one| one.after_over_scatter).collect();
-    if let Some(median) = common::median(&mut named) {
-        let what = "of those named right: held-out error after over what repeats make of a mean, median";
-        let told = format!("{median:.2} of {}", named.len());
+    let median_of = |of_one: fn(&Outcome) -> f64| {
+        let mut named: Vec<f64> = of("effect").iter().filter(|one| one.right()).map(|one| of_one(one)).collect();
+        Some((common::median(&mut named)?, named))
+    };
+    let scatter = median_of(|one| one.after_over_scatter);
+    if let Some(((median, named), (of_mean, _))) = scatter.zip(median_of(|one| one.after_over_mean)) {
+        let what = "of those named right: held-out error after over the repeats' scatter, median";
+        let told = format!("{median:.2} of {}; over what they make of a mean {of_mean:.2}", named.len());
         rows.push(if named.len() < FEW {
             FigureRow::beside(what, told, json!(median))
         } else {

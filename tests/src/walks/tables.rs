@@ -16,7 +16,7 @@ use crate::body::peer::{Peer, PeerError, root};
 
 /// One repeat scatters by this share of the largest speed.
 const SCATTER: f64 = 0.03;
-const REPEATS: usize = 3;
+pub(super) const REPEATS: usize = 3;
 /// MuJoCo's coarser step, s; the other one is half of it.
 const COARSE_S: f64 = 1e-4;
 

@@ -89,7 +89,9 @@ impl Truth {
             let normal: f64 = StandardNormal.sample(random);
             normal.clamp(-1.645, 1.645)
         };
-        let at: Vec<f64> = numbers.all.iter().map(|_| drawn(random)).collect();
+        // MuJoCo's servo is the file's.
+        let own = |path: &str| path.starts_with("eccentric.servo");
+        let at: Vec<f64> = numbers.all.iter().map(|one| if own(&one.path) { 0.0 } else { drawn(random) }).collect();
         let mut robot = numbers.document(&at).unwrap_or_else(|error| panic!("{error}"));
         let second = (self.number / 10) % 2 == 1;
         let law = match &self.hidden {

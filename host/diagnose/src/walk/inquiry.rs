@@ -49,9 +49,17 @@ pub fn run(document: &Document, measured: &Measured, options: &WalkOptions) -> R
         base.model = bench.restart(base.model, &best.model)?;
         base = judged(&bench, base.model, &mut draws)?;
     }
-    let alarm = singles.raise(base.model.evidence) >= ALARM;
+    let lost = |singles: &Round| !singles.models.first().is_some_and(|best| best.adequacy.holds());
+    let raised = |singles: &Round, base: &Judged| singles.raise(base.model.evidence) >= ALARM;
+    if lost(&singles) && (raised(&singles, &base) || !base.adequacy.holds()) {
+        singles = widened(&bench, singles, options, &mut draws)?;
+        if let Some(best) = singles.models.first() {
+            base.model = bench.restart(base.model, &best.model)?;
+            base = judged(&bench, base.model, &mut draws)?;
+        }
+    }
     let mut pairs = None;
-    if alarm && singles.models.first().is_some_and(|best| !best.adequacy.holds()) {
+    if raised(&singles, &base) && singles.models.first().is_some_and(|best| !best.adequacy.holds()) {
         let best = singles.models.remove(0);
         let found = round(&bench, &best.model, None, &mut draws)?;
         let single = match found.models.first() {
@@ -93,13 +101,36 @@ fn round(
     let found: Vec<_> = new.par_iter().map(one).collect::<Result<Vec<_>, _>>()?;
     let (screens, fitted): (Vec<Option<Screened>>, Vec<Option<Model>>) = found.into_iter().unzip();
     let (screens, fitted) = (screens.into_iter().flatten().collect(), fitted.into_iter().flatten().collect());
-    let (ended, behind) = finished(bench, fitted)?;
+    ended(bench, fitted, draws, (screens, new.len()))
+}
+
+/// The same effects, each searched for over all that is believed of it and of the numbers: where no fit from a known point leads to the
+/// speeds, one may have gone into another valley.
+fn widened(bench: &Bench<'_>, found: Round, options: &WalkOptions, draws: &mut Stream) -> Result<Round, RobotError> {
+    let Round { models, behind, screens, tried } = found;
+    let known = models.into_iter().map(|judged| judged.model).chain(behind);
+    let wider = |model: Model| -> Result<Model, RobotError> {
+        let searched = bench.search(model.effects.clone(), options.draws, options.seed)?;
+        Ok(searched.filter(|other| other.evidence > model.evidence).unwrap_or(model))
+    };
+    let fitted = known.collect::<Vec<_>>().into_par_iter().map(wider).collect::<Result<Vec<_>, _>>()?;
+    ended(bench, fitted, draws, (screens, tried))
+}
+
+/// A round from its fits.
+fn ended(
+    bench: &Bench<'_>,
+    fitted: Vec<Model>,
+    draws: &mut Stream,
+    (screens, tried): (Vec<Screened>, usize),
+) -> Result<Round, RobotError> {
+    let (close, behind) = finished(bench, fitted)?;
     let mut models = Vec::new();
-    for model in ended {
+    for model in close {
         models.push(judged(bench, model, draws)?);
     }
     models.sort_by(|a, b| b.model.evidence.total_cmp(&a.model.evidence));
-    Ok(Round { models, behind, screens, tried: new.len() })
+    Ok(Round { models, behind, screens, tried })
 }
 
 /// What a fit is worth, if there is one.

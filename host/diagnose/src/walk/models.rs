@@ -5,9 +5,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use effects::Id;
-use hal_sim::random::Stream;
+use hal_sim::random::{Source, Stream};
 use identify::least_squares::{Minimum, minimise};
-use identify::robot::{Numbers, Posterior, RobotError, Run, Search, Stage, Table, rough_minima};
+use identify::robot::{Numbers, Posterior, RobotError, Run, Search, Stage, Table, best_of, rough_minima};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use robot_file::edit::Document;
 
@@ -16,6 +16,8 @@ use super::secant::Secant;
 
 /// A search for where the refit of the file's model starts.
 const STAGES: [Stage; 1] = [Stage { weight: 0.3, steps: 4, followed: 3 }];
+/// The same for a model with effects that no fit has brought near the speeds.
+const WIDE: [Stage; 1] = [Stage { weight: 0.3, steps: 3, followed: 2 }];
 /// Steps to the refit of the file's model where the speeds count in full, at most.
 const STEPS: usize = 5;
 /// Steps of a fit whose derivatives follow from its own steps, at most.
@@ -28,6 +30,8 @@ pub const MANY_STEPS: usize = 6;
 const NUDGE: f64 = 0.5;
 /// A one-sided coordinate starts no nearer to the absence of its effect: there it has no slope.
 const OFF: f64 = 0.3;
+/// A fit starts so far of the way to where a screen sees the model: where that comes nearest to the speeds.
+const SHARES: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
 /// A screen is not believed farther than so many deviations of the belief.
 const FAR: f64 = 2.0;
 
@@ -156,12 +160,28 @@ impl<'a> Bench<'a> {
         let numbers = Numbers::with_effects(self.document, &effects)?;
         let (there, _) = carried(base, &numbers);
         let minimum = self.with(&numbers, |posterior| {
-            // Where the screen reaches too far, half the way.
-            let mut starts =
-                [1.0, 0.5, 0.25].iter().map(|share| off(&numbers, &there + *share * (&screened.point - &there)));
-            Ok(starts.find_map(|start| {
+            // The screen may reach too far.
+            let starts = SHARES.map(|share| off(&numbers, &there + share * (&screened.point - &there)));
+            let start = best_of(posterior, starts.to_vec(), 1)?.pop();
+            Ok(start.and_then(|start| {
                 minimise(&mut Secant::new(posterior, screened.derivatives.clone()), start, ROUGH_STEPS)
             }))
+        })?;
+        Ok(minimum.and_then(|minimum| Model::new(effects, numbers, minimum)))
+    }
+
+    /// A model with effects from wherever in what is believed its speeds come near: a valley that no fit has met so far.
+    pub fn search(&self, effects: Vec<Id>, draws: usize, seed: u64) -> Result<Option<Model>, RobotError> {
+        let numbers = Numbers::with_effects(self.document, &effects)?;
+        let mut random = Stream::new(seed, Source::Variation);
+        let minimum = self.with(&numbers, |posterior| {
+            let rough = rough_minima(posterior, &Search { draws, stages: &WIDE }, &mut random)?;
+            posterior.weight = 1.0;
+            let ends = rough.into_iter().filter_map(|start| {
+                let derivatives = in_full(&start, WIDE[0].weight);
+                minimise(&mut Secant::new(posterior, derivatives), start.point, ROUGH_STEPS)
+            });
+            Ok(ends.min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared())))
         })?;
         Ok(minimum.and_then(|minimum| Model::new(effects, numbers, minimum)))
     }
@@ -204,6 +224,14 @@ fn carried(base: &Model, numbers: &Numbers) -> (DVector<f64>, Vec<Option<usize>>
     let places: Vec<Option<usize>> = numbers.all.iter().map(|one| place(&one.path)).collect();
     let at = places.iter().map(|place| place.map_or(0.0, |place| base.minimum.point[place]));
     (DVector::from_iterator(places.len(), at), places)
+}
+
+/// Derivatives that were taken where the speeds counted for a share, as they are where these count in full.
+fn in_full(minimum: &Minimum, weight: f64) -> DMatrix<f64> {
+    let mut derivatives = minimum.derivatives.clone();
+    let rows = minimum.residuals.len() - minimum.point.len();
+    derivatives.rows_mut(0, rows).scale_mut(1.0 / weight);
+    derivatives
 }
 
 /// One-sided coordinates away from where they have no slope.

@@ -196,8 +196,15 @@ fn sort(minima: &mut [Minimum]) {
     minima.sort_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()));
 }
 
-/// The most probable of some points.
-fn best_of(posterior: &mut Posterior, points: Vec<DVector<f64>>, most: usize) -> Result<Vec<DVector<f64>>, RobotError> {
+/// The most probable of some points, at most so many; what cannot be simulated is none of them.
+///
+/// # Errors
+/// Evaluations cannot be kept.
+pub fn best_of(
+    posterior: &mut Posterior,
+    points: Vec<DVector<f64>>,
+    most: usize,
+) -> Result<Vec<DVector<f64>>, RobotError> {
     let speeds = posterior.speeds(&points)?;
     let mut judged: Vec<(f64, DVector<f64>)> = points
         .into_iter()

@@ -30,7 +30,7 @@ mod walk;
 
 pub use captured::{Placement, speeds};
 pub use error::RobotError;
-pub use fit::{Options, Progress, Search, Stage, identify, in_pool, rough_minima};
+pub use fit::{Options, Progress, Search, Stage, best_of, identify, in_pool, rough_minima};
 pub use numbers::{Number, Numbers};
 pub use outcome::{ComponentError, ConditionFit, Parameter, RobotFit, freedom};
 pub use posterior::Posterior;

@@ -11,7 +11,7 @@ use crate::Z90;
 
 /// Numbers of the file that a walk depends on and nobody knows: in the order of what they are of. Those of the effects that act on the
 /// ground come on top.
-const OF_THE_FILE: [&str; 13] = [
+const OF_THE_FILE: [&str; 15] = [
     "backbone.torsion_nm_per_rad",
     "backbone.stiff_nm_per_rad",
     "backbone.soft_nm_per_rad",
@@ -25,6 +25,9 @@ const OF_THE_FILE: [&str; 13] = [
     "feet.normal_s_per_m",
     "feet.shear_n_per_m",
     "feet.shear_n_s_per_m",
+    // What the motor lets the body do to its shaft within a turn.
+    "eccentric.servo_nm_per_rad",
+    "eccentric.servo_nm_s_per_rad",
 ];
 /// Effects that make a robot uneven.
 const UNEVEN: [&str; 2] = ["payload_offset", "foot_friction"];

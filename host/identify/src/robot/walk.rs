@@ -58,7 +58,11 @@ fn together(trials: &[(Plan, f64)], run: Run) -> Vec<Option<[f64; 3]>> {
             trials.iter().flat_map(|one| together(std::slice::from_ref(one), run)).collect()
         };
     };
-    let drives: Vec<Drive> = trials.iter().map(|(_, speed)| Drive::Phase { speed: *speed }).collect();
+    let drive = |(plan, speed): &(Plan, f64)| match plan.eccentric.and_then(|eccentric| eccentric.servo) {
+        Some([stiffness, damping]) => Drive::Servo { speed: *speed, stiffness, damping },
+        None => Drive::Phase { speed: *speed },
+    };
+    let drives: Vec<Drive> = trials.iter().map(drive).collect();
     let mut tracks: Vec<Track> =
         plans.into_iter().map(|plan| Track { plan, snapshots: Vec::new(), energy_j: Vec::new() }).collect();
     let steps = |seconds: f64| (seconds / run.step_s).round() as usize;

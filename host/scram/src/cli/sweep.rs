@@ -5,7 +5,7 @@ mod words;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use hal_sim::body::Precision;
+use hal_sim::body::{Plan, Precision};
 use miette::{Report, miette};
 use plot::{figures, under_title};
 use robot_file::edit::Document;
@@ -41,19 +41,20 @@ const MOST_SHOWN: usize = 60;
     scram sweep --axis body.modules=2:8:7 --axis f=-7,7 --drive ideal\n  \
     scram sweep --claims                             what the thesis says, and whether it holds\n  \
     scram sweep --search 500                         numbers for which most of it holds\n\n\
-    Axes: f (Hz), alpha (deg), body.modules, backbone.roll_deg[N], or any quantity of the robot file. With --axis only \
+    Axes: f (Hz), alpha (deg), swing (deg: the shaft swings between 0 and there), body.modules, backbone.roll_deg[N], or any \
+    quantity of the robot file. With --axis only \
     what is named varies; f is then 7 Hz and α the file's unless named. See docs/sweep.md.")]
 pub struct Sweep {
     /// What is varied: PATH=from:to:count or PATH=v1,v2,…; repeatable
     #[arg(long = "axis", value_name = "PATH=VALUES", allow_hyphen_values = true)]
     axes: Vec<String>,
-    /// Runs of every condition, each with a seed of its own, from --seed on [default: 3; 1 for --search, with no noise]
+    /// Runs of every condition, each with a seed of its own, from --seed on [default: 3; 1 for --search]
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     repeats: Option<u64>,
     /// So many robots of one file, each with --repeats runs: what belongs to a robot, its sensor's (or phase) error, is drawn once for
-    /// each, and it is said how far runs scatter and how far robots do [default: every run is of a robot of its own]
-    #[arg(long, conflicts_with_all = ["search"], value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    robots: Option<u64>,
+    /// each, and it is said how far runs scatter and how far robots do
+    #[arg(long, conflicts_with_all = ["search"], default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    robots: u64,
     /// Length of a run, s
     #[arg(long, default_value_t = 2.0, value_parser = seconds)]
     seconds: f64,
@@ -79,7 +80,7 @@ pub struct Sweep {
     #[arg(long, conflicts_with_all = ["axes", "sensitivity", "search"])]
     claims: bool,
     /// Try so many sets of the unknown numbers, within the robot file's spreads, for one that makes most claims hold
-    #[arg(long, value_name = "SETS", conflicts_with_all = ["axes", "sensitivity", "drive"],
+    #[arg(long, value_name = "SETS", conflicts_with_all = ["axes", "sensitivity"],
         value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     search: Option<u32>,
     /// Threads [default: one a core]
@@ -180,7 +181,7 @@ impl Sweep {
             let count = time / self.step;
             count >= 0.999 && (count - count.round()).abs() < 1e-6 * count
         };
-        let motor = self.drive == Turns::Motor && self.search.is_none();
+        let motor = self.drive == Turns::Motor;
         if self.step > 0.0 && goes(INTERVAL_S) && (!motor || goes(tick_s)) {
             return Ok(());
         }
@@ -198,13 +199,13 @@ impl Sweep {
     }
 
     fn seeds(&self) -> Vec<u64> {
-        let count = self.repeats.unwrap_or(REPEATS) * self.robots.unwrap_or(1);
+        let count = self.repeats.unwrap_or(REPEATS) * self.robots;
         (0..count).map(|repeat| self.common.seed.wrapping_add(repeat)).collect()
     }
 
     /// Seeds in a row that are of one robot.
     fn runs_a_robot(&self) -> usize {
-        self.robots.map_or(1, |_| self.repeats.unwrap_or(REPEATS) as usize)
+        self.repeats.unwrap_or(REPEATS) as usize
     }
 
     fn target<'a>(&'a self, stem: &'a str, paths: bool) -> Target<'a> {
@@ -331,7 +332,8 @@ impl Sweep {
         let design = claims::design(self.seeds()).with_runs_a_robot(self.runs_a_robot());
         let campaign = Campaign::new(builder, design, self.settings()).map_err(failure)?;
         let (swept, _lock) = self.campaign(campaign, "claims", false)?;
-        let verdicts = claims::evaluate(&Conditions::new(&swept.design, &swept.runs));
+        let plan = Plan::new(builder.robot()).map_err(|error| miette!("{error}"))?;
+        let verdicts = claims::evaluate(&Conditions::new(&swept.design, &swept.runs), &plan);
         let holds = verdicts.iter().filter(|verdict| verdict.holds == Some(true)).count();
         let judged =
             Judged { robot: &builder.robot().name, holds, of: verdicts.len(), claims: &verdicts, file: &swept.file };
@@ -351,12 +353,8 @@ impl Sweep {
 
     fn search(&self, builder: &VariantBuilder, sets: usize) -> Done {
         let _lock = self.lock()?;
-        // One run of a condition has nothing random in it; more of them have what an ideal shaft has.
-        let (drive, seeds) = match self.repeats {
-            None | Some(1) => (DriveKind::Exact, vec![self.common.seed]),
-            Some(_) => (DriveKind::Ideal { phase_noise: self.phase_noise.to_radians() }, self.seeds()),
-        };
-        let settings = RunSettings { drive, precision: Precision::Single, ..self.settings() };
+        let seeds = self.repeats.map_or_else(|| vec![self.common.seed], |_| self.seeds());
+        let settings = RunSettings { precision: Precision::Single, ..self.settings() };
         let search = Search::new(builder, sets, self.common.seed, settings, seeds);
         let mut bar = Bar::new("sets");
         let found = search
@@ -377,21 +375,26 @@ impl Sweep {
         }
         print(&search_text(&found));
         print(&format!("written: {}", super::sim::listed(&[found.file.clone(), file.clone()])));
-        print(&format!("judge it with motor and noise: scram sweep --claims --robot {}", file.display()));
+        print(&format!(
+            "judge it over other starts: scram sweep --claims --seed 100 --repeats 10 --robot {}",
+            file.display()
+        ));
         Ok(())
     }
 }
 
 /// How far runs of one robot scatter, and robots.
 fn scatter_text(scatter: &[(Component, Scatter)]) -> String {
-    let shares = |of: fn(&Scatter) -> f64| {
-        scatter.iter().map(|(_, one)| format!("{:.1} %", 100.0 * of(one))).collect::<Vec<_>>().join(" / ")
+    let shares = |of: fn(&Scatter) -> Option<f64>| -> Option<String> {
+        let percent = |(_, one): &(Component, Scatter)| of(one).map(|share| format!("{:.1} %", 100.0 * share));
+        Some(scatter.iter().map(percent).collect::<Option<Vec<_>>>()?.join(" / "))
     };
-    format!(
-        "of the largest speed, vx / vy / yaw: runs of one robot scatter by {}, robots beyond that by {}",
-        shares(|one| one.runs),
-        shares(|one| one.robots)
-    )
+    let runs = shares(|one| Some(one.runs)).unwrap_or_default();
+    let robots = shares(|one| one.robots).map_or_else(
+        || "one robot; --robots tells how far robots do".to_owned(),
+        |robots| format!("robots beyond that by {robots}"),
+    );
+    format!("of the largest speed, vx / vy / yaw: runs of one robot scatter by {runs}, {robots}")
 }
 
 /// Axes that lead nowhere are wrong usage.

@@ -44,19 +44,41 @@ impl Unknown {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct EvaluatedSet {
     pub values: Vec<f64>,
-    /// Which claims hold; none where one could not be judged.
-    pub holds: Vec<Option<bool>>,
+    /// By how much each claim holds; none where one could not be judged.
+    pub margins: Vec<Option<f64>>,
     /// Why the set is not admissible; empty where it is.
     pub note: String,
 }
 
+/// A margin that is enough.
+const ENOUGH: f64 = 0.05;
+/// A claim that falls short by this counts half.
+const SHORT: f64 = 0.2;
+
 impl EvaluatedSet {
+    pub(super) fn holds(&self, claim: usize) -> bool {
+        self.margins[claim].is_some_and(|margin| margin > 0.0)
+    }
+
     pub(super) fn held(&self) -> usize {
-        self.holds.iter().filter(|holds| **holds == Some(true)).count()
+        (0..self.margins.len()).filter(|claim| self.holds(*claim)).count()
+    }
+
+    /// What a search makes small: every claim's lack of an ample margin, so that none that is far from holding outweighs those that are
+    /// near; more than all of them where a run blew up.
+    pub(super) fn cost(&self) -> f64 {
+        if !self.note.is_empty() {
+            return self.margins.len() as f64;
+        }
+        let lack = |margin: &Option<f64>| {
+            let short = margin.map_or(f64::INFINITY, |margin| (ENOUGH - margin).max(0.0));
+            if short.is_finite() { short / (short + SHORT) } else { 1.0 }
+        };
+        self.margins.iter().map(lack).sum()
     }
 
     pub(super) fn cells(&self) -> Vec<String> {
-        let claims = self.holds.iter().map(|holds| holds.map_or(String::new(), |holds| u8::from(holds).to_string()));
+        let claims = self.margins.iter().map(|margin| margin.map_or(String::new(), |margin| margin.to_string()));
         let held = self.held().to_string();
         self.values.iter().map(f64::to_string).chain(claims).chain([held, self.note.clone()]).collect()
     }
@@ -64,15 +86,10 @@ impl EvaluatedSet {
     /// None where a cell is not what [`Self::cells`] writes.
     pub(super) fn parse(cells: &[String], unknowns: usize, claims: usize) -> Option<Self> {
         let value = |text: &String| text.parse().ok().filter(|value: &f64| value.is_finite());
-        let holds = |text: &String| match text.as_str() {
-            "" => Some(None),
-            "0" => Some(Some(false)),
-            "1" => Some(Some(true)),
-            _ => None,
-        };
+        let margin = |text: &String| if text.is_empty() { Some(None) } else { value(text).map(Some) };
         Some(Self {
             values: cells.get(..unknowns)?.iter().map(value).collect::<Option<_>>()?,
-            holds: cells.get(unknowns..unknowns + claims)?.iter().map(holds).collect::<Option<_>>()?,
+            margins: cells.get(unknowns..unknowns + claims)?.iter().map(margin).collect::<Option<_>>()?,
             note: cells.last()?.clone(),
         })
     }
@@ -100,12 +117,24 @@ mod tests {
     #[test]
     fn rows_are_read_as_they_were_written() {
         let evaluated =
-            EvaluatedSet { values: vec![1.5, 2e-5], holds: vec![Some(true), None, Some(false)], note: "why".into() };
+            EvaluatedSet { values: vec![1.5, 2e-5], margins: vec![Some(0.1), None, Some(-1e-3)], note: "why".into() };
         assert_eq!(EvaluatedSet::parse(&evaluated.cells(), 2, 3), Some(evaluated.clone()));
-        for (place, wrong) in [(0, "x"), (1, "NaN"), (2, "2"), (4, "no")] {
+        for (place, wrong) in [(0, "x"), (1, "NaN"), (2, "inf"), (4, "no")] {
             let mut cells = evaluated.cells();
             cells[place] = wrong.into();
             assert_eq!(EvaluatedSet::parse(&cells, 2, 3), None, "{wrong}");
         }
+    }
+
+    #[test]
+    fn what_nearly_holds_costs_less_than_what_does_not_and_an_ample_margin_nothing() {
+        let cost = |margins: &[f64], note: &str| {
+            let margins = margins.iter().map(|margin| Some(*margin)).collect();
+            EvaluatedSet { values: vec![], margins, note: note.into() }.cost()
+        };
+        assert_eq!(cost(&[0.05, 3.0], ""), 0.0);
+        assert!(cost(&[0.01, 1.0], "") < cost(&[-0.01, 1.0], ""));
+        assert!(cost(&[-9.0, 1.0], "") < cost(&[-0.3, -0.3], ""), "one that is hopeless counts once");
+        assert_eq!(cost(&[1.0, 1.0], "2 runs blew up"), 2.0);
     }
 }

@@ -4,7 +4,7 @@ use control::{Controller, State};
 use hal_sim::body::{Drive, Ensemble, Plan, Snapshot, Walker, WalkingRobots, ensemble};
 
 use super::phase::Phase;
-use super::{DriveKind, INTERVAL_S, RunSettings, Trial, TrialError, command};
+use super::{DriveKind, INTERVAL_S, RunSettings, Trial, TrialError};
 use simulation::{DriveCommand, REFRESH_S};
 
 /// Robots on their way.
@@ -85,10 +85,10 @@ impl MotorGroup {
             controllers.push(Controller::new(parameters).map_err(|e| body(&e))?);
         }
         let mut robots = WalkingRobots::new(walkers, settings.precision).map_err(|e| body(&e))?;
-        let commands: Vec<DriveCommand> = trials.iter().map(|trial| DriveCommand::Freq { hz: trial.f_hz }).collect();
+        let commands: Vec<DriveCommand> = trials.iter().map(Trial::command).collect();
         for (i, controller) in controllers.iter_mut().enumerate() {
             let time_us = robots.sample(i).time_us;
-            command(controller, trials[i].f_hz, time_us)?;
+            trials[i].start(controller, time_us)?;
         }
         let tick_s = robots.tick_s();
         Ok(Self {

@@ -107,8 +107,9 @@ pub fn claim_text(verdict: &ClaimResult) -> String {
     let number = |number: &Number| format!("{} {}", number.name, table::or_dash(number.value, 3, ""));
     let numbers: Vec<String> = verdict.numbers.iter().map(number).collect();
     format!(
-        "{}: {holds}\n  thesis: {}\n  if:     {}\n  found:  {}\n",
+        "{}: {holds}{}\n  thesis: {}\n  if:     {}\n  found:  {}\n",
         verdict.claim,
+        verdict.margin.map_or(String::new(), |margin| format!(", margin {margin:+.2}")),
         verdict.thesis,
         verdict.holds_if,
         numbers.join("; ")
