@@ -85,3 +85,18 @@ fn a_backbone_has_its_own_stiffness_and_hardens() {
     assert_eq!(stiffness("b3y"), [0.1, 0.0, 5.0]);
     assert_eq!(stiffness("b3z"), [0.04]);
 }
+
+#[test]
+fn the_files_servo_holds_the_shaft_and_the_options_where_it_has_none() {
+    let mut plan = even();
+    let gains = |plan: &Plan| {
+        let text = model("held", plan, &Options::default()).unwrap();
+        let document = Document::parse(&text).unwrap();
+        let servo = named(&document, "position", "rotor").unwrap();
+        [numbers(servo, "kp")[0], numbers(servo, "kv")[0]]
+    };
+    let options = Options::default();
+    assert_eq!(gains(&plan), [options.servo_nm_per_rad, options.servo_nm_s_per_rad]);
+    plan.eccentric.as_mut().unwrap().servo = Some([0.5, 1e-3]);
+    assert_eq!(gains(&plan), [0.5, 1e-3]);
+}

@@ -85,3 +85,28 @@ fn mean(track: &Track) -> Option<[f64; 3]> {
     let all = [1e3 * speeds.longitudinal, 1e3 * speeds.lateral, speeds.yaw.to_degrees()];
     all.iter().all(|speed| speed.is_finite()).then_some(all)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn a_shaft_that_is_held_softly_walks_otherwise_and_one_that_is_held_stiffly_as_one_that_turns_evenly() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml");
+        let plan = Plan::new(&robot_file::Robot::load(&file).unwrap()).unwrap();
+        let held = |servo: Option<[f64; 2]>| {
+            let mut plan = plan.clone();
+            plan.eccentric.as_mut().unwrap().servo = servo;
+            Some(plan)
+        };
+        let plans = [held(None), held(Some([2.0, 5e-3])), held(Some([0.08, 2.5e-4]))];
+        let run = Run { from_s: 0.3, to_s: 0.8, step_s: 1e-4 };
+        let found = speeds(&plans, &[(8.0, 60.0), (-8.0, 90.0)], run);
+        let [even, stiff, soft] = [0, 1, 2].map(|k| found[k].clone().expect("it walks").concat());
+        let largest = even.iter().fold(0.0_f64, |largest, speed| largest.max(speed.abs()));
+        let off = |other: &[f64]| even.iter().zip(other).map(|(a, b)| (a - b).abs() / largest).fold(0.0, f64::max);
+        assert!(off(&stiff) < 0.01 && off(&soft) > 0.02, "{} {}", off(&stiff), off(&soft));
+    }
+}
