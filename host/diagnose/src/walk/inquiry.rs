@@ -44,19 +44,12 @@ pub fn run(document: &Document, measured: &Measured, options: &WalkOptions) -> R
     let mut base = judged(&bench, base, &mut draws)?;
     let unfitted = bench.unfitted()?;
     let mut singles = round(&bench, &base.model, unfitted.as_ref(), &mut draws)?;
-    // A valley that an effect has shown may be the file's as well.
-    if let Some(best) = singles.models.first() {
-        base.model = bench.restart(base.model, &best.model)?;
-        base = judged(&bench, base.model, &mut draws)?;
-    }
+    base = revisited(&bench, base, &singles, &mut draws)?;
     let lost = |singles: &Round| !singles.models.first().is_some_and(|best| best.adequacy.holds());
     let raised = |singles: &Round, base: &Judged| singles.raise(base.model.evidence) >= ALARM;
     if lost(&singles) && (raised(&singles, &base) || !base.adequacy.holds()) {
         singles = widened(&bench, singles, options, &mut draws)?;
-        if let Some(best) = singles.models.first() {
-            base.model = bench.restart(base.model, &best.model)?;
-            base = judged(&bench, base.model, &mut draws)?;
-        }
+        base = revisited(&bench, base, &singles, &mut draws)?;
     }
     let mut pairs = None;
     if raised(&singles, &base) && singles.models.first().is_some_and(|best| !best.adequacy.holds()) {
@@ -72,6 +65,12 @@ pub fn run(document: &Document, measured: &Measured, options: &WalkOptions) -> R
     let raised = singles.raise(base.model.evidence);
     options.tell("done", 1.0);
     write_down(&bench, base, singles, pairs, raised)
+}
+
+/// The file's model, also from where its best extension ended: a valley that an effect has shown may be the file's as well.
+fn revisited(bench: &Bench<'_>, base: Judged, singles: &Round, draws: &mut Stream) -> Result<Judged, RobotError> {
+    let Some(best) = singles.models.first() else { return Ok(base) };
+    judged(bench, bench.restart(base.model, &best.model)?, draws)
 }
 
 /// Models with one effect more, fitted from where a model is, and from another start where there is one.

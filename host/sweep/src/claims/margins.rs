@@ -29,6 +29,12 @@ fn note(numbers: &mut Vec<Number>, name: impl Into<String>, value: Option<f64>) 
     value
 }
 
+/// Several at once; all are noted, also where one is missing.
+fn noted(numbers: &mut Vec<Number>, values: impl Iterator<Item = (String, Option<f64>)>) -> Option<Vec<f64>> {
+    let values: Vec<Option<f64>> = values.map(|(name, value)| note(numbers, name, value)).collect();
+    values.into_iter().collect()
+}
+
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(NOTHING, |largest, value| largest.max(value.abs()))
 }
@@ -40,12 +46,8 @@ fn least_rise(values: &[f64]) -> f64 {
 
 pub(super) fn onset(evidence: &Evidence<'_>, numbers: &mut Vec<Number>) -> Option<f64> {
     let frequencies = [LOW_FREQUENCIES.as_slice(), &FREQUENCIES[3..]].concat();
-    let mut speeds = Vec::new();
-    for f in &frequencies {
-        let speed = mean(ALPHAS.iter().map(|alpha| evidence.usual(*alpha, *f, planar)));
-        speeds.push(note(numbers, format!("speed at {f} Hz, mm/s"), speed));
-    }
-    let speeds = speeds.into_iter().collect::<Option<Vec<f64>>>()?;
+    let speed = |f: &f64| mean(ALPHAS.iter().map(|alpha| evidence.usual(*alpha, *f, planar)));
+    let speeds = noted(numbers, frequencies.iter().map(|f| (format!("speed at {f} Hz, mm/s"), speed(f))))?;
     let bound = WALKS * speeds.last()?;
     let index = speeds.iter().position(|speed| *speed >= bound)?;
     if index == 0 {
@@ -94,44 +96,30 @@ pub(super) fn turns(evidence: &Evidence<'_>, numbers: &mut Vec<Number>) -> Optio
 pub(super) fn bias(evidence: &Evidence<'_>, numbers: &mut Vec<Number>) -> Option<f64> {
     let mut margin = f64::INFINITY;
     for f in [7.0, 8.0] {
-        let mut biases = Vec::new();
-        for alpha in ALPHAS {
-            let both = mean([-f, f].into_iter().map(|f| Some(evidence.usual(alpha, f, |m| m.yaw)?.abs())));
-            biases.push(note(numbers, format!("|yaw| at {alpha}°, {f} Hz, °/s"), both));
-        }
-        margin = margin.min(least_rise(&biases.into_iter().collect::<Option<Vec<f64>>>()?));
+        let both = |alpha| mean([-f, f].into_iter().map(|f| Some(evidence.usual(alpha, f, |m| m.yaw)?.abs())));
+        let biases = ALPHAS.iter().map(|alpha| (format!("|yaw| at {alpha}°, {f} Hz, °/s"), both(*alpha)));
+        margin = margin.min(least_rise(&noted(numbers, biases)?));
     }
     Some(margin)
 }
 
 pub(super) fn round(evidence: &Evidence<'_>, numbers: &mut Vec<Number>) -> Option<f64> {
-    let mut ratios = Vec::new();
-    for alpha in ALPHAS {
-        let ratio = mean(FREQUENCIES.iter().map(|f| evidence.usual(alpha, *f, |m| m.roundness)));
-        ratios.push(note(numbers, format!("roundness at {alpha}°"), ratio));
-    }
-    let ratios = ratios.into_iter().collect::<Option<Vec<f64>>>()?;
+    let ratio = |alpha| mean(FREQUENCIES.iter().map(|f| evidence.usual(alpha, *f, |m| m.roundness)));
+    let ratios = noted(numbers, ALPHAS.iter().map(|alpha| (format!("roundness at {alpha}°"), ratio(*alpha))))?;
     let beyond = ratios[1..].iter().copied().fold(0.0, f64::max);
     Some((ratios[0] - ROUND).min(ratios[0] - beyond))
 }
 
 pub(super) fn lateral_frequency(evidence: &Evidence<'_>, numbers: &mut Vec<Number>) -> Option<f64> {
-    let mut means = Vec::new();
-    for magnitude in [6.0, 7.0, 8.0] {
-        let phi = evidence.effectiveness(Component::Lateral, |_, f| f.abs() == magnitude);
-        means.push(note(numbers, format!("φ at {magnitude} Hz, mm/s"), phi));
-    }
-    Some(least_rise(&means.into_iter().collect::<Option<Vec<f64>>>()?))
+    let phi = |magnitude: f64| evidence.effectiveness(Component::Lateral, |_, f| f.abs() == magnitude);
+    let means = [6.0, 7.0, 8.0].into_iter().map(|magnitude| (format!("φ at {magnitude} Hz, mm/s"), phi(magnitude)));
+    Some(least_rise(&noted(numbers, means)?))
 }
 
 /// Effectiveness over the six frequencies, by α.
 fn by_alpha(evidence: &Evidence<'_>, component: Component, numbers: &mut Vec<Number>) -> Option<Vec<f64>> {
-    let mut means = Vec::new();
-    for here in ALPHAS {
-        let phi = evidence.effectiveness(component, |alpha, _| alpha == here);
-        means.push(note(numbers, format!("φ at {here}°, {}", component.unit()), phi));
-    }
-    means.into_iter().collect()
+    let phi = |here: f64| evidence.effectiveness(component, |alpha, _| alpha == here);
+    noted(numbers, ALPHAS.iter().map(|here| (format!("φ at {here}°, {}", component.unit()), phi(*here))))
 }
 
 pub(super) fn lateral_alpha(evidence: &Evidence<'_>, numbers: &mut Vec<Number>) -> Option<f64> {

@@ -1,4 +1,4 @@
-//! The thesis's qualitative claims (chapters 2 and 5), each as a predicate on simulated speeds.
+//! The thesis's qualitative claims (chapters 2 and 5), each as a margin over simulated speeds.
 //!
 //! Words leave room; what is counted as "holds" is fixed here, before looking. Speeds are means over the repeats.
 //! Frequencies have the thesis's sign. Where a claim speaks of an α or an |f| and not of a direction, both directions
