@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::fit::{self, Columns, Data, Fit, Moved};
 use super::nominal::FileModel;
 use super::one_step::one_step;
-use super::probe::{Follows, Probe, Spans};
+use super::probe::{Follows, Probe, Shape, Spans};
 use super::rollout::Rolled;
 use super::screen::{Direction, Group, Scores, Screened, block_rollouts, family};
 use super::track::Track;
@@ -16,12 +16,10 @@ use super::track::Track;
 /// A curve as one step of the linear model has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EstimatedCurve {
-    /// What it follows.
-    pub follows: Follows,
+    /// What it follows on this rig.
+    pub shape: Shape,
     /// By how much it promises to lower the sum of squares, and how likely chance is to promise as much.
     pub screened: Screened,
-    /// The rig's scales, from which its knots follow.
-    pub spans: Spans,
     /// Its terms, in each one's own size.
     pub terms: DVector<f64>,
     /// Of the terms.
@@ -54,7 +52,7 @@ pub fn estimate(model: &FileModel, data: &Data, fit: &Fit, seed: u64) -> Vec<Est
         let (group, columns) = about.curve(follows);
         let block = |track: usize| block_rollouts(&data.tracks[track]);
         let (terms, covariance) = one_step(data, fit, &about.rolled, &columns, &group.columns, &block);
-        EstimatedCurve { follows, screened, spans: about.spans, terms, covariance }
+        EstimatedCurve { shape: Shape { follows, spans: about.spans }, screened, terms, covariance }
     };
     sure.map(estimate).collect()
 }
@@ -73,16 +71,15 @@ struct About<'a> {
 impl<'a> About<'a> {
     fn new(model: &'a FileModel, data: &'a Data<'a>, fit: &'a Fit) -> Self {
         let rolled = fit::roll_all(model, data, fit);
-        let columns = fit::sensitivities(data, &fit.plant(model), &fit.starts, &rolled, &fit::moved(model, fit));
+        let columns = fit::columns_of(model, data, fit, &rolled, Vec::new());
         Self { model, data, fit, rolled, columns, spans: spans(model, data) }
     }
 
     /// A curve, and its columns after those of the starts and the fit's numbers.
     fn curve(&self, follows: Follows) -> (Group, Vec<Columns>) {
-        let (base, spans) = (self.fit.plant(self.model), self.spans);
-        let terms = follows.terms(&spans);
-        let moved: Vec<Moved> =
-            (0..terms).map(|term| Some((base.with_probe(Probe { follows, term, spans }), 1.0))).collect();
+        let (base, shape) = (self.fit.plant(self.model), Shape { follows, spans: self.spans });
+        let terms = shape.terms();
+        let moved: Vec<Moved> = (0..terms).map(|term| Some((base.with_probe(Probe::term(shape, term)), 1.0))).collect();
         let own = fit::sensitivities(self.data, &base, &self.fit.starts, &self.rolled, &moved);
         let after = |(known, own): (&Columns, Columns)| known.iter().cloned().chain(own.into_iter().skip(2)).collect();
         let columns = self.columns.iter().zip(own).map(after).collect();
@@ -92,7 +89,9 @@ impl<'a> About<'a> {
     }
 }
 
-fn spans(model: &FileModel, data: &Data) -> Spans {
+/// The scales of a rig's runs.
+#[must_use]
+pub fn spans(model: &FileModel, data: &Data) -> Spans {
     let volts = |track: &Track| track.drive_scale * if track.terminals_measured { 1.0 } else { model.rail_v };
     let voltage = data.tracks.iter().map(volts).fold(0.0, f64::max).max(1e-9);
     let length = |track: &Track| track.t.last().map_or(0.0, |last| last - track.t[0]);

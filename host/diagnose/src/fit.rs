@@ -14,6 +14,7 @@ use super::current::{count_of_currents, current_at, current_residuals};
 use super::model::Plant;
 use super::nominal::FileModel;
 use super::numbers::{Free, Number};
+use super::probe::{Probe, Shape};
 use super::rollout::{self, Normal2, Rolled, Starts, residual};
 use super::track::{Segment, Track};
 
@@ -39,7 +40,9 @@ const AT_ODDS: f64 = 2.0;
 pub struct Fit {
     /// Effects added to the file's model.
     pub effects: Vec<Id>,
-    /// The numbers that were moved, the file's own before those of the added effects.
+    /// A term over one coordinate that no effect has.
+    pub curve: Option<Shape>,
+    /// The numbers that were moved, the file's own before those of the added effects, and those before the curve's.
     pub free: Vec<Free>,
     /// How many are the file's own.
     pub of_file: usize,
@@ -62,6 +65,7 @@ impl Fit {
         let covariance = DMatrix::zeros(free.len(), free.len());
         Self {
             effects: effects.to_vec(),
+            curve: None,
             of_file: model.own_numbers(),
             free,
             coordinates,
@@ -105,6 +109,16 @@ impl Fit {
         rest.free = kept.iter().map(|&place| self.free[place]).collect();
         rest.coordinates = kept.iter().map(|&place| self.coordinates[place]).collect();
         rest
+    }
+
+    /// The same fit with a curve of which there is nothing yet.
+    #[must_use]
+    pub fn with_curve(&self, shape: Shape) -> Self {
+        let mut with = self.clone();
+        with.curve = Some(shape);
+        with.free.extend((0..shape.terms()).map(|term| Free::of_curve(term, shape.of_torques())));
+        with.coordinates.resize(with.free.len(), 0.0);
+        with
     }
 
     /// Takes over what another fit found and holds it there.
@@ -184,7 +198,19 @@ impl Fit {
     /// The model with the fitted numbers.
     #[must_use]
     pub fn plant(&self, model: &FileModel) -> Plant {
-        model.plant(&self.effects, &self.free, &self.coordinates)
+        self.plant_at(model, &self.coordinates)
+    }
+
+    /// The model with its numbers at some coordinates.
+    fn plant_at(&self, model: &FileModel, coordinates: &[f64]) -> Plant {
+        let plant = model.plant(&self.effects, &self.free, coordinates);
+        match self.curve {
+            Some(shape) => {
+                let terms = coordinates[self.free.len() - shape.terms()..].to_vec();
+                plant.with_probe(Probe { shape, terms })
+            }
+            None => plant,
+        }
     }
 
     /// The value of a number that was moved, SI units and radians.
@@ -328,8 +354,7 @@ impl<'a> Descent<'a> {
     }
 
     fn sensitivities(&self) -> Vec<Columns> {
-        let best = &self.best;
-        sensitivities(self.data, &best.plant(self.model), &best.starts, &self.rolled, &moved(self.model, best))
+        columns_of(self.model, self.data, &self.best, &self.rolled, Vec::new())
     }
 
     /// Tries steps of a linear model, each more damped than the one before, until one lowers the cost; by how much it did. Of an
@@ -419,7 +444,59 @@ pub type Moved = Option<(Plant, f64)>;
 /// How the readings and currents of a track change with each of its starts' two unknowns and with each number.
 pub type Columns = Vec<(Vec<f64>, Vec<f64>)>;
 
-/// The [`Columns`] of every track: the starts' two, then the numbers'.
+/// How far the two ways of [`tie_scale`] may be apart, in RMS of the column: a finite difference is no better.
+const SAME_COLUMN: f64 = 0.02;
+
+/// The [`Columns`] of every track: the starts' two, those of a fit's numbers, and of further plants.
+pub fn columns_of(
+    model: &FileModel,
+    data: &Data,
+    fit: &Fit,
+    rolled: &[Rolled],
+    further: impl IntoIterator<Item = Moved>,
+) -> Vec<Columns> {
+    let moved: Vec<Moved> = moved(model, fit).into_iter().chain(further).collect();
+    let mut columns = sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved);
+    tie_scale(data, fit, &mut columns);
+    columns
+}
+
+/// Makes the column of the resistance of those of the numbers that it scales. Angle and drive do not show the scale of torques: a
+/// resistance that grows with all torques and inertias falling as it does changes nothing. The finite differences of the columns add
+/// up to that but for their own errors, which many readings would make a knowledge of the scale that nobody has. Where something in the
+/// model does show it, a current that was read, a winding that warms, the columns do not add up and stay.
+fn tie_scale(data: &Data, fit: &Fit, columns: &mut [Columns]) {
+    let Some(place) = fit.free.iter().position(|one| one.number == Number::Resistance) else { return };
+    let along: Vec<f64> = fit.free.iter().zip(&fit.coordinates).map(|(one, at)| one.along_scale(*at)).collect();
+    let is_held = fit.free.iter().zip(&along).any(|(one, along)| one.held() && *along != 0.0);
+    if is_held || fit.free[place].held() || data.tracks.iter().any(|track| with_current(data, track)) {
+        return;
+    }
+    let tied = |columns: &Columns| -> Vec<f64> {
+        let mut sum = vec![0.0; columns[2 + place].0.len()];
+        for (number, along) in along.iter().enumerate().filter(|(number, along)| *number != place && **along != 0.0) {
+            for (sum, value) in sum.iter_mut().zip(&columns[2 + number].0) {
+                *sum -= along * value;
+            }
+        }
+        sum
+    };
+    let tied: Vec<Vec<f64>> = columns.par_iter().map(tied).collect();
+    let (mut apart, mut all) = (0.0, 0.0);
+    for (tied, columns) in tied.iter().zip(columns.iter()) {
+        for (tied, own) in tied.iter().zip(&columns[2 + place].0) {
+            apart += (tied - own).powi(2);
+            all += own.powi(2);
+        }
+    }
+    if apart <= SAME_COLUMN * SAME_COLUMN * all {
+        for (tied, columns) in tied.into_iter().zip(columns) {
+            columns[2 + place].0 = tied;
+        }
+    }
+}
+
+/// The [`Columns`] of every track: the starts' two, then those of some plants.
 pub fn sensitivities(data: &Data, base: &Plant, starts: &Starts, rolled: &[Rolled], moved: &[Moved]) -> Vec<Columns> {
     let width = moved.len() + 2;
     let tasks: Vec<(usize, usize)> =
@@ -468,7 +545,7 @@ fn number_column(
 
 /// The plants with each of a fit's numbers moved by its finite difference; a larger one where teeth meet and part, which a small one
 /// sees every touch of.
-pub fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
+fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
     let is_coupled = fit.plant(model).is_coupled();
     let factor = if is_coupled { ACROSS_TOUCHES } else { 1.0 };
     (0..fit.free.len())
@@ -479,7 +556,7 @@ pub fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
             let delta = fit.free[i].difference(fit.coordinates[i], factor);
             let mut coordinates = fit.coordinates.clone();
             coordinates[i] += delta;
-            Some((model.plant(&fit.effects, &fit.free, &coordinates), delta))
+            Some((fit.plant_at(model, &coordinates), delta))
         })
         .collect()
 }

@@ -7,8 +7,10 @@ use effects::{Coordinate, Id};
 use robot_file::robot::Robot;
 
 use super::bootstrap::Bootstrap;
+use super::map;
 use super::odd_runs;
 use super::pairs;
+use super::place;
 use super::probe::Follows;
 use super::screen::Screen;
 use super::search::{self, Candidate};
@@ -68,11 +70,18 @@ pub struct Found {
     pub decision: Decision,
     /// The screen about the model that is named, or about the nominal one.
     pub rest: Screen,
+    /// The coordinate that the rest follows, where something is unexplained.
+    pub place: Option<&'static str>,
     /// Runs in which the nominal model misses by far although nothing is left of it in the held-out ones.
     pub odd_runs: Option<LeftOver>,
     /// Mean square error of a model whose rest is noise by all that a screen can tell, rad²; 0 where there is none. Noise that
     /// remembers leaves more than its fast scatter, which [`Session::noise`] is.
     pub remembered: f64,
+}
+
+/// Whether an effect is the same all round the shaft, as most frictions are.
+fn is_even(effect: &Id) -> bool {
+    effect.spec().shows_in == Coordinate::Speed
 }
 
 impl Found {
@@ -87,13 +96,15 @@ impl Found {
         }
     }
 
-    /// The model whose rest has a place: the named one; or one that was taken back for what it leaves, if it takes most of the misfit
-    /// away; or the nominal one.
+    /// The model whose rest has a place: the named one; or one that was taken back for what it leaves, or a friction that is even
+    /// around the shaft, as what is uneven is in the mean, if it takes most of the misfit away; or the nominal one.
     fn left_by(&self) -> &Candidate {
-        let most = |one: &&Candidate| one.refuted && one.mean_square() < MOST * self.baseline.mean_square();
-        let refuted = || search::best_of(self.candidates.iter().filter(most));
+        let even = |one: &Candidate| one.effects.len() == 1 && one.effects.iter().all(is_even);
+        let most =
+            |one: &&Candidate| (one.refuted || even(one)) && one.mean_square() < MOST * self.baseline.mean_square();
+        let without_name = || search::best_of(self.candidates.iter().filter(most));
         let named = self.decision.named().map(|named| &self.candidates[named]);
-        named.or_else(refuted).unwrap_or(&self.baseline)
+        named.or_else(without_name).unwrap_or(&self.baseline)
     }
 
     fn decide(&mut self, alarm: bool) {
@@ -118,8 +129,17 @@ impl<'a> Inquiry<'a> {
         let (rest, candidates) = self.models(&mut session, &mut baseline, &effects)?;
         let bootstrap = Bootstrap::new(baseline.evaluation.errors.len(), self.options.seed);
         let decision = Decision { verdict: Verdict::Nothing, class: Vec::new() };
-        let mut found =
-            Found { session, baseline, candidates, bootstrap, decision, rest, odd_runs: None, remembered: 0.0 };
+        let mut found = Found {
+            session,
+            baseline,
+            candidates,
+            bootstrap,
+            decision,
+            rest,
+            place: None,
+            odd_runs: None,
+            remembered: 0.0,
+        };
         found.refine_floor();
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
         let too_much = found.baseline.mean_square() > REMEMBERED * found.session.noise;
@@ -152,8 +172,22 @@ impl<'a> Inquiry<'a> {
             let mut rest = self.screen(&found.session, after, &effects);
             self.add_curves(&mut rest, &found.session, after, &Follows::ALL);
             found.rest = rest;
+            self.locate(&mut found);
         }
         Ok(found)
+    }
+
+    /// Finds the coordinate that the rest follows. A curve says more than that some run is odd; where no curve says anything, there
+    /// is still where the rest is large.
+    fn locate(&self, found: &mut Found) {
+        self.options.tell("looking where the rest lives", 0.92);
+        let follows = place::of(&found.session, found.left_by(), found.selection().noise, &found.rest);
+        if follows.is_some_and(|follows| follows != Follows::Run) {
+            found.odd_runs = None;
+        }
+        let is_odd = found.odd_runs.is_some();
+        let predicted = || map::predicted(&found.session, found.left_by()).filter(|_| !is_odd);
+        found.place = follows.map(Follows::name).or_else(predicted);
     }
 
     /// Takes back names, one after the other, of models that what they leave speaks against.
@@ -181,7 +215,6 @@ impl<'a> Inquiry<'a> {
         if found.decision.verdict == Verdict::Unexplained && self.leaves_its_own(session, model, effects) {
             return true;
         }
-        let is_even = |effect: &Id| effect.spec().shows_in == Coordinate::Speed;
         if !model.effects.iter().any(is_even) || model.mean_square() <= AT_FLOOR * AT_FLOOR * noise {
             return false;
         }

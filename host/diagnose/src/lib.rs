@@ -63,6 +63,7 @@ mod numbers;
 mod odd_runs;
 mod one_step;
 mod pairs;
+mod place;
 mod probe;
 mod rig_check;
 mod rollout;
@@ -331,7 +332,7 @@ fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
             parameters: values::of_effect(&extended, *effect),
         })
         .collect();
-    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, rest.follows());
+    let (misfit_map, left_over) = map::misfit_map(session, selection.baseline, after, found.place);
     let left_over = found.odd_runs.clone().or(left_over).filter(|_| decision.verdict == Verdict::Unexplained);
     let missing_terms = match decision.verdict {
         Verdict::Nothing => Vec::new(),

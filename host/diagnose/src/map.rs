@@ -1,5 +1,7 @@
 //! Where the misfit lives: the held-out error against angle, speed, voltage and time, before and after.
 
+use super::fit;
+use super::model::Plant;
 use super::probe::Follows;
 use super::rollout::{residual, rollout};
 use super::search::Candidate;
@@ -13,8 +15,14 @@ use common::{quantile, wrap};
 const BINS: usize = 24;
 /// A bin with fewer samples is left out.
 const FEWEST: usize = 20;
+/// Coordinates over which one run says nothing of another.
+const NOT_PREDICTED: [&str; 2] = ["run", "time_in_rollout_s"];
+/// Share of a prediction that is left to chance.
+const UNSAID: f64 = 0.05;
+/// What is no information, nats.
+const LEAST_INFORMATION: f64 = 0.05;
 
-/// One held-out reading with what it is plotted against.
+/// One reading with what it is plotted against.
 struct Point {
     coordinates: [f64; NAMES.len()],
     before: f64,
@@ -33,62 +41,155 @@ const NAMES: [&str; 8] = [
     "time_in_rollout_s",
 ];
 
+/// The readings of the held-out runs.
 fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point> {
-    let mut out = Vec::new();
     let plant = after.fit.plant(&session.model);
-    for (index, track) in session.held_out.iter().enumerate() {
-        let (simulated_before, simulated_after) =
-            (&before.evaluation.rolled[index].readings, &after.evaluation.rolled[index].readings);
-        let currents = rollout(&plant, track, &after.evaluation.starts[index], None, true).currents;
-        let mut offset = 0;
-        for segment in &track.segments {
-            let length = segment.last - segment.first;
-            for i in 0..length {
-                let k = segment.first + i;
-                if track.weight[k] <= 0.0 {
-                    continue;
-                }
-                // Speed of the better model's rollout about this sample.
-                let (a, b) = (i.saturating_sub(2), (i + 2).min(length - 1));
-                let span = track.t[segment.first + b] - track.t[segment.first + a];
-                let speed = (simulated_after[offset + b] - simulated_after[offset + a]) / span.max(1e-9);
-                let rail = track.supply_v.get(k).copied().unwrap_or(session.model.rail_v);
-                let volts = if track.terminals_measured { 1.0 } else { rail };
-                let driven = if track.enable[k] { track.drive[k] * volts } else { 0.0 };
-                out.push(Point {
-                    coordinates: [
-                        wrap(simulated_after[offset + i]),
-                        speed,
-                        driven,
-                        currents[offset + i],
-                        track.t[k] - track.t[0],
-                        track.since_reversal[k],
-                        track.place as f64,
-                        track.t[k] - track.t[segment.first],
-                    ],
-                    before: residual(track, segment, k, simulated_before[offset + i]),
-                    after: residual(track, segment, k, simulated_after[offset + i]),
-                });
+    let of_track = |(index, track): (usize, &Track)| {
+        let (before, after) = (&before.evaluation.rolled[index].readings, &after.evaluation);
+        points_of(session, &plant, track, &after.starts[index], [before, &after.rolled[index].readings])
+    };
+    session.held_out.iter().enumerate().flat_map(of_track).collect()
+}
+
+/// The readings of a run, with what a plant shows from the rollouts' starts before and after.
+fn points_of(
+    session: &Session,
+    plant: &Plant,
+    track: &Track,
+    starts: &[[f64; 2]],
+    [before, after]: [&[f64]; 2],
+) -> Vec<Point> {
+    let currents = rollout(plant, track, starts, None, true).currents;
+    let (mut out, mut offset) = (Vec::new(), 0);
+    for segment in &track.segments {
+        let length = segment.last - segment.first;
+        for i in 0..length {
+            let k = segment.first + i;
+            if track.weight[k] <= 0.0 {
+                continue;
             }
-            offset += length;
+            // Speed of the better model's rollout about this sample.
+            let (a, b) = (i.saturating_sub(2), (i + 2).min(length - 1));
+            let span = track.t[segment.first + b] - track.t[segment.first + a];
+            let rail = track.supply_v.get(k).copied().unwrap_or(session.model.rail_v);
+            let volts = if track.terminals_measured { 1.0 } else { rail };
+            out.push(Point {
+                coordinates: [
+                    wrap(after[offset + i]),
+                    (after[offset + b] - after[offset + a]) / span.max(1e-9),
+                    if track.enable[k] { track.drive[k] * volts } else { 0.0 },
+                    currents[offset + i],
+                    track.t[k] - track.t[0],
+                    track.since_reversal[k],
+                    track.place as f64,
+                    track.t[k] - track.t[segment.first],
+                ],
+                before: residual(track, segment, k, before[offset + i]),
+                after: residual(track, segment, k, after[offset + i]),
+            });
         }
+        offset += length;
     }
     out
 }
 
-/// The curves, and where what is left after `after` is concentrated most: on the coordinate that it follows, where a screen has
-/// found one.
+/// The coordinate over which the excess of some runs says best where it lies in another, by the information about it that they give
+/// (nats, of each run by all others, in proportion to its excess); `None` where none says anything. An event of its own is always
+/// confined in time, and not where time says nothing of the next one.
+#[must_use]
+pub fn predicted(session: &Session, model: &Candidate) -> Option<&'static str> {
+    let plant = model.fit.plant(&session.model);
+    let rolled = fit::roll_all(&session.model, &session.data(), &model.fit);
+    let of_fitted = session.fit.iter().enumerate().map(|(i, track)| {
+        let readings = &rolled[i].readings;
+        (session.fit_noise, points_of(session, &plant, track, &model.fit.starts[i], [readings, readings]))
+    });
+    let of_held_out = session.held_out.iter().enumerate().map(|(i, track)| {
+        let readings = &model.evaluation.rolled[i].readings;
+        (session.noise, points_of(session, &plant, track, &model.evaluation.starts[i], [readings, readings]))
+    });
+    let runs: Vec<(f64, Vec<Point>)> = of_fitted.chain(of_held_out).collect();
+    let known = (0..NAMES.len()).filter(|&axis| !NOT_PREDICTED.contains(&NAMES[axis]));
+    let best = known.map(|axis| (axis, information(&runs, axis))).max_by(|a, b| a.1.total_cmp(&b.1));
+    best.filter(|best| best.1 > LEAST_INFORMATION).map(|(axis, _)| NAMES[axis])
+}
+
+/// What the excess of the other runs over a coordinate says about where that of a run lies.
+fn information(runs: &[(f64, Vec<Point>)], axis: usize) -> f64 {
+    let mut values: Vec<f64> = runs.iter().flat_map(|run| &run.1).map(|point| point.coordinates[axis]).collect();
+    let range = Bins::over(&mut values);
+    // Of each run and bin: excess and samples.
+    let of_run = |(noise, points): &(f64, Vec<Point>)| {
+        let mut bins = [(0.0, 0.0); BINS];
+        for point in points {
+            if let Some(bin) = range.of(point.coordinates[axis]) {
+                bins[bin].0 += point.after.powi(2) - noise;
+                bins[bin].1 += 1.0;
+            }
+        }
+        bins.map(|(excess, samples)| (excess.max(0.0), samples))
+    };
+    let by_run: Vec<[(f64, f64); BINS]> = runs.iter().map(of_run).collect();
+    let sum = |bins: &[(f64, f64); BINS]| bins.iter().fold((0.0, 0.0), |sum, bin| (sum.0 + bin.0, sum.1 + bin.1));
+    let all: f64 = by_run.iter().map(|bins| sum(bins).0).sum();
+    let said = by_run.iter().enumerate().map(|(own, bins)| {
+        let mut others = [(0.0, 0.0); BINS];
+        for (_, bins) in by_run.iter().enumerate().filter(|(run, _)| *run != own) {
+            for (total, bin) in others.iter_mut().zip(bins) {
+                *total = (total.0 + bin.0, total.1 + bin.1);
+            }
+        }
+        let (total, here) = (sum(&others), sum(bins));
+        if total.0 <= 0.0 || here.0 <= 0.0 {
+            return 0.0;
+        }
+        // How much more than usual the others have here.
+        let density = |(excess, samples): (f64, f64)| {
+            if samples > 0.0 { (1.0 - UNSAID) * (excess / total.0) / (samples / total.1) + UNSAID } else { UNSAID }
+        };
+        let expected: f64 = others.iter().zip(bins).map(|(other, bin)| density(*other) * bin.1 / here.1).sum();
+        let gained = others.iter().zip(bins).map(|(other, bin)| bin.0 / here.0 * (density(*other) / expected).ln());
+        here.0 * gained.sum::<f64>()
+    });
+    said.sum::<f64>() / all.max(f64::MIN_POSITIVE)
+}
+
+/// Equal bins over the values of a coordinate.
+struct Bins {
+    low: f64,
+    width: f64,
+}
+
+impl Bins {
+    /// A few wild samples must not stretch the axis.
+    fn over(values: &mut [f64]) -> Self {
+        let mut at = |share: f64| quantile(values, share).unwrap_or(0.0);
+        let (low, high) = (at(0.002), at(0.998));
+        Self { low, width: ((high - low) / BINS as f64).max(1e-12) }
+    }
+
+    fn of(&self, value: f64) -> Option<usize> {
+        let place = (value - self.low) / self.width;
+        (0.0..=BINS as f64).contains(&place).then_some((place as usize).min(BINS - 1))
+    }
+
+    fn range(&self, bin: usize) -> (f64, f64) {
+        (self.low + self.width * bin as f64, self.low + self.width * (bin + 1) as f64)
+    }
+}
+
+/// The curves, and where what is left after `after` is concentrated most: on the coordinate that it follows, where one is known.
 #[must_use]
 pub fn misfit_map(
     session: &Session,
     before: &Candidate,
     after: &Candidate,
-    follows: Option<Follows>,
+    follows: Option<&str>,
 ) -> (Vec<MisfitCurve>, Option<LeftOver>) {
     let points = points(session, before, after);
     let mut curves: Vec<MisfitCurve> = (0..NAMES.len()).map(|axis| curve(&points, axis)).collect();
     curves.push(spectrum::of(&session.held_out, &before.evaluation.rolled, &after.evaluation.rolled));
-    let sought = |curve: &&MisfitCurve| follows.is_none_or(|follows| follows.name() == curve.coordinate);
+    let sought = |curve: &&MisfitCurve| follows.is_none_or(|follows| follows == curve.coordinate);
     let best = curves
         .iter()
         .filter(sought)
@@ -112,15 +213,11 @@ fn with_runs(session: &Session, left_over: LeftOver) -> LeftOver {
 
 fn curve(points: &[Point], axis: usize) -> MisfitCurve {
     let mut values: Vec<f64> = points.iter().map(|point| point.coordinates[axis]).collect();
-    let mut at = |share: f64| quantile(&mut values, share).unwrap_or(0.0);
-    // A few wild samples must not stretch the axis.
-    let (low, high) = (at(0.002), at(0.998));
-    let width = ((high - low) / BINS as f64).max(1e-12);
+    let range = Bins::over(&mut values);
     let mut sums = vec![(0usize, 0.0, 0.0, 0.0, 0.0); BINS];
     for point in points {
-        let place = (point.coordinates[axis] - low) / width;
-        if (0.0..=BINS as f64).contains(&place) {
-            let sum = &mut sums[(place as usize).min(BINS - 1)];
+        if let Some(bin) = range.of(point.coordinates[axis]) {
+            let sum = &mut sums[bin];
             sum.0 += 1;
             sum.1 += point.before.powi(2);
             sum.2 += point.after.powi(2);
@@ -135,8 +232,8 @@ fn curve(points: &[Point], axis: usize) -> MisfitCurve {
         .map(|(i, &(samples, before, after, bias_before, bias_after))| {
             let n = samples as f64;
             MisfitBin {
-                from: low + width * i as f64,
-                to: low + width * (i + 1) as f64,
+                from: range.range(i).0,
+                to: range.range(i).1,
                 samples,
                 before: (before / n).sqrt(),
                 after: (after / n).sqrt(),

@@ -21,7 +21,10 @@ const POINTS: usize = 61;
 pub fn of(session: &Session, refitted: &Candidate, covered: &[MisfitCurve], seed: u64) -> Vec<MissingTerm> {
     let mut curves = curves::estimate(&session.model, &session.data(), &refitted.fit, seed);
     curves.sort_by(|a, b| b.screened.beyond_accident().total_cmp(&a.screened.beyond_accident()));
-    curves.iter().flat_map(|curve| kinds(curve.follows).iter().filter_map(|kind| term(curve, *kind, covered))).collect()
+    curves
+        .iter()
+        .flat_map(|curve| kinds(curve.shape.follows).iter().filter_map(|kind| term(curve, *kind, covered)))
+        .collect()
 }
 
 fn kinds(follows: Follows) -> &'static [TermKind] {
@@ -36,12 +39,13 @@ fn kinds(follows: Follows) -> &'static [TermKind] {
 
 /// A curve over the range that the runs cover; `None` where they cover none.
 fn term(curve: &EstimatedCurve, kind: TermKind, covered: &[MisfitCurve]) -> Option<MissingTerm> {
-    let coordinate = curve.follows.name();
+    let follows = curve.shape.follows;
+    let coordinate = follows.name();
     let bins = &covered.iter().find(|one| one.coordinate == coordinate)?.bins;
     let (from, to) = (bins.first()?.from, bins.last()?.to);
     // Of runs there is nothing in between.
-    let last = if curve.follows == Follows::Run { curve.spans.runs.max(2) - 1 } else { POINTS - 1 };
-    let (from, to) = if curve.follows == Follows::Run { (0.0, last as f64) } else { (from, to) };
+    let last = if follows == Follows::Run { curve.shape.spans.runs.max(2) - 1 } else { POINTS - 1 };
+    let (from, to) = if follows == Follows::Run { (0.0, last as f64) } else { (from, to) };
     let point = |i: usize| {
         let at = from + (to - from) * i as f64 / last as f64;
         let shares = shares(curve, kind, at);
@@ -60,23 +64,24 @@ fn term(curve: &EstimatedCurve, kind: TermKind, covered: &[MisfitCurve]) -> Opti
 
 /// How much of each term of a curve there is at a place on its coordinate.
 fn shares(curve: &EstimatedCurve, kind: TermKind, at: f64) -> DVector<f64> {
-    let spans = curve.spans;
+    let (follows, spans) = (curve.shape.follows, curve.shape.spans);
     let rest = Moment { angle: 0.0, speed: 0.0, voltage: 0.0, current: 0.0, time: 0.0, since_reversal: 0.0, run: 0 };
     let moves = if kind == TermKind::TorqueAlongMotionNm { spans.speed } else { 0.0 };
     let pulls = if kind == TermKind::TorqueAlongVoltageNm { spans.voltage } else { 0.0 };
     let driven = Moment { speed: moves, voltage: pulls, ..rest };
-    let moment = match curve.follows {
+    let moment = match follows {
         Follows::Angle | Follows::Reading | Follows::Mesh => Moment { angle: at, ..driven },
         Follows::Speed | Follows::SlipWithSpeed => Moment { speed: at, ..rest },
         Follows::Voltage => Moment { voltage: at, ..rest },
-        Follows::Current | Follows::SlipWithCurrent => Moment { current: at, ..rest },
+        Follows::Current => Moment { current: at, ..rest },
+        Follows::SlipWithCurrent => Moment { current: at, speed: spans.speed, ..rest },
         Follows::Time => Moment { time: at, ..driven },
         Follows::Reversal => Moment { since_reversal: at, ..driven },
         Follows::Run => Moment { run: at as usize, ..driven },
     };
     let share = |term: usize| {
-        let probe = Probe { follows: curve.follows, term, spans };
+        let probe = Probe::term(curve.shape, term);
         probe.torque(moment) + probe.reading_error(moment.angle) + probe.slip(moment)
     };
-    DVector::from_fn(curve.follows.terms(&spans), |term, _| share(term))
+    DVector::from_fn(curve.shape.terms(), |term, _| share(term))
 }

@@ -70,6 +70,8 @@ pub struct Plant {
     probe: Option<Probe>,
 }
 
+/// A shaft that is faster than this where a run begins has been turning, rad/s: readings alone do not show a slower one.
+pub const TURNS: f64 = 5.0;
 /// A span of more than this many mean spans of its segment is a hole. No segment has one inside.
 const LONGEST_SPAN: f64 = 10.0;
 
@@ -146,7 +148,7 @@ impl Plant {
     #[must_use]
     pub fn moves_like(&self, other: &Self) -> bool {
         let motion = |plant: &Self| Shaft { laws: without(&plant.shaft.laws, bends), ..plant.shaft };
-        let moves = |plant: &Self| plant.probe.is_some_and(|probe| probe.follows != Follows::Reading);
+        let moves = |plant: &Self| plant.probe.as_ref().is_some_and(|probe| probe.shape.follows != Follows::Reading);
         motion(self) == motion(other)
             && self.delay_s == other.delay_s
             && self.ageing == other.ageing
@@ -156,12 +158,33 @@ impl Plant {
             && !moves(other)
     }
 
-    /// What no sensor sees at the start of a run or after a hole in it, from the speed there, the time between samples (s) and
-    /// what was carried before the hole.
+    /// How what no sensor sees may stand at the start of a run or after a hole in it: dragged along with a shaft that turns, −1 or 1;
+    /// of one that rests, anything from dragged backwards to dragged forwards.
     #[must_use]
-    pub fn hidden_at_start(&self, speed: f64, span: f64, before: &States) -> Hidden {
-        // A shaft that turns slides and drags its wiper; one that does not is taken as relaxed.
-        let dragging = (speed / 0.5).clamp(-1.0, 1.0);
+    pub fn beginnings(&self, speed: f64) -> &'static [f64] {
+        let remembers =
+            self.shaft.laws.presliding().is_some() || self.half_play > 0.0 || self.half_gap > 0.0 || self.follows;
+        if speed > TURNS {
+            &[1.0]
+        } else if speed < -TURNS {
+            &[-1.0]
+        } else if remembers {
+            &[0.0, -1.0, 1.0, -0.5, 0.5]
+        } else {
+            &[0.0]
+        }
+    }
+
+    /// By how much the shaft is ahead of what the sensor shows, rad.
+    #[must_use]
+    pub fn ahead(&self, hidden: &Hidden) -> f64 {
+        hidden.wiper_behind + if self.follows { self.shaft.laws.behind(&hidden.states) } else { 0.0 }
+    }
+
+    /// What no sensor sees at the start of a run or after a hole in it, as far as it is dragged along, from the speed there, the time
+    /// between samples (s) and what was carried before the hole.
+    #[must_use]
+    pub fn hidden_at_start(&self, dragging: f64, speed: f64, span: f64, before: &States) -> Hidden {
         let mut states = self.shaft.laws.lasting(before);
         self.shaft.laws.settle(&mut states, speed, dragging);
         Hidden {

@@ -247,6 +247,19 @@ mod tests {
     }
 
     #[test]
+    fn no_readings_seem_to_know_the_scale_of_torques() {
+        let resistance = |seed| {
+            let runs = rubbing().runs(seed);
+            let fit = identify_motor(&bench(), &runs[..4], &runs[4..], Known::default(), &Options::default()).unwrap();
+            number(&fit, "motor.resistance_ohm").clone()
+        };
+        let [one, other] = [9, 11].map(resistance);
+        // What the file says of R, J and b decides, whatever the readings' noise is.
+        assert!((one.value / other.value - 1.0).abs() < 0.05, "{one:?} {other:?}");
+        assert!(one.high / one.low > 2.0 && other.high / other.low > 2.0, "{one:?} {other:?}");
+    }
+
+    #[test]
     fn a_known_resistance_or_inertia_tells_the_rest() {
         let rig = rubbing();
         let shaft = &rig.shaft;

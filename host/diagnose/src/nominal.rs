@@ -245,7 +245,11 @@ fn motor_numbers(robot: &Robot, file: &FilePlant) -> Vec<Free> {
         wide(Number::Resistance, "the winding's resistance", shaft.resistance_ohm, spread(resistance, 0.3)),
         wide(Number::TorqueConstant, "the torque constant", shaft.torque_constant, spread(torque_constant, 0.15)),
         // Of a load that an eccentric gives, the file keeps what it says: the rotor has the rest, which is positive.
-        Free { low: inertia.low.max(load_given(robot) + LEAST_ROTOR * motor.rotor_inertia_kg_m2.value), ..inertia },
+        Free {
+            low: inertia.low.max(load_given(robot) + LEAST_ROTOR * motor.rotor_inertia_kg_m2.value),
+            follows_scale: -1.0,
+            ..inertia
+        },
         Free {
             scale: Scale::Linear(0.1 * damping),
             low: 0.0,
@@ -271,7 +275,7 @@ fn numbers_of_effect(id: Id, sizes: &Sizes, start: usize) -> Vec<Free> {
     };
     let follows = |one: &FitNumber, at_other: &FitNumber| match (one.scale, at_other.scale) {
         (Scale::Linear(unit), Scale::Linear(at_other)) => (at_other / unit).ln(),
-        _ => 0.0,
+        _ => (at_other.starts[0] / one.starts[0]).ln(),
     };
     let with_scale = |(one, at_other): (FitNumber, FitNumber)| Free {
         follows_scale: follows(&one, &at_other),

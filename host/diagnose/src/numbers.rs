@@ -18,6 +18,8 @@ pub enum Number {
     WindingTime,
     /// Of the converter's nonlinearity, [`super::converter::ConverterError`].
     OfConverter(usize),
+    /// A term of the curve that a misfit is looked at with, [`super::probe::Probe`].
+    OfCurve(usize),
     /// Of every effect whose fit has a number of this name ([`FitNumber::name`]).
     OfEffect(&'static str),
 }
@@ -41,8 +43,8 @@ pub struct Free {
     pub prior: f64,
     /// Step of the finite difference, in the fit's own coordinate.
     pub step: f64,
-    /// Of a linear number, the power of the resistance that it follows where nothing but the scale of torques changes, which angle
-    /// and drive do not show: −1 for a torque, 1 for another resistance.
+    /// The power of the resistance that it follows where nothing but the scale of torques changes, which angle and drive do not
+    /// show: −1 for a torque, 1 for another resistance.
     pub follows_scale: f64,
 }
 
@@ -80,12 +82,34 @@ impl Free {
         }
     }
 
+    /// A term of a curve, of which nothing is known but that it is not many times its own size; of torques or not.
+    #[must_use]
+    pub fn of_curve(term: usize, of_torques: bool) -> Self {
+        Self {
+            number: Number::OfCurve(term),
+            words: "a term of a curve",
+            scale: Scale::Linear(1.0),
+            start: 0.0,
+            low: f64::NEG_INFINITY,
+            high: f64::INFINITY,
+            prior: OF_CURVE.0,
+            step: OF_CURVE.1,
+            follows_scale: if of_torques { -1.0 } else { 0.0 },
+        }
+    }
+
     /// Its coordinate after a step, where the resistance makes one of this many factors e. Along the scale of torques the step is as
     /// curved as that is, so that it may be long.
     #[must_use]
     pub fn stepped(&self, coordinate: f64, step: f64, resistance: f64) -> f64 {
-        let with_scale = self.follows_scale * resistance;
+        let with_scale = if self.scale == Scale::Log { 0.0 } else { self.follows_scale * resistance };
         if with_scale == 0.0 { coordinate + step } else { (coordinate * (1.0 - with_scale) + step) * with_scale.exp() }
+    }
+
+    /// How its coordinate changes with the logarithm of the resistance where nothing but the scale of torques does.
+    #[must_use]
+    pub fn along_scale(&self, coordinate: f64) -> f64 {
+        if self.scale == Scale::Log { self.follows_scale } else { self.follows_scale * coordinate }
     }
 
     /// The fit's coordinate of a number.
@@ -126,6 +150,8 @@ impl Free {
     }
 }
 
+/// Standard deviation and finite difference of a curve's terms, in their own sizes.
+const OF_CURVE: (f64, f64) = (10.0, 0.05);
 /// A difference that an effect makes longer is at most this long.
 const LONGEST_DIFFERENCE: f64 = 0.1;
 

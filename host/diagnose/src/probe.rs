@@ -26,7 +26,7 @@ pub enum Follows {
     Run,
     /// The shaft's speed: what slips between shaft and sensor at nine speeds.
     SlipWithSpeed,
-    /// The motor's current: what slips between shaft and sensor at nine currents.
+    /// The motor's current: which share of the way slips between shaft and sensor at nine currents.
     SlipWithCurrent,
 }
 
@@ -113,15 +113,22 @@ impl Follows {
     }
 }
 
-/// One term of a curve.
+/// What a curve follows on a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Probe {
+pub struct Shape {
     /// What it follows.
     pub follows: Follows,
-    /// Which of the curve's terms.
-    pub term: usize,
     /// The rig's scales.
     pub spans: Spans,
+}
+
+/// A curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// What it follows.
+    pub shape: Shape,
+    /// How much there is of each of its terms, in each one's own size.
+    pub terms: Vec<f64>,
 }
 
 /// The shaft at a moment.
@@ -143,27 +150,38 @@ pub struct Moment {
     pub run: usize,
 }
 
-impl Probe {
-    /// Torque at a moment, N·m.
+impl Shape {
+    /// Whether its terms are torques.
     #[must_use]
-    pub fn torque(&self, at: Moment) -> f64 {
+    pub fn of_torques(&self) -> bool {
+        !matches!(self.follows, Follows::Reading | Follows::SlipWithSpeed | Follows::SlipWithCurrent)
+    }
+
+    /// How many terms the curve has.
+    #[must_use]
+    pub fn terms(&self) -> usize {
+        self.follows.terms(&self.spans)
+    }
+
+    /// Torque of a term at a moment, N·m.
+    fn torque(&self, term: usize, at: Moment) -> f64 {
         let spans = &self.spans;
         spans.torque
             * match self.follows {
-                Follows::Angle => wave(self.term, at.angle),
-                Follows::Speed => hat(&KNOTS, self.term, at.speed / spans.speed),
-                Follows::Voltage => hat(&KNOTS, self.term, at.voltage / spans.voltage),
-                Follows::Current => hat(&KNOTS, self.term, at.current / spans.current),
+                Follows::Angle => wave(term, at.angle),
+                Follows::Speed => hat(&KNOTS, term, at.speed / spans.speed),
+                Follows::Voltage => hat(&KNOTS, term, at.voltage / spans.voltage),
+                Follows::Current => hat(&KNOTS, term, at.current / spans.current),
                 Follows::Time => {
-                    let of = if self.term < TIMES.len() { self.along_motion(at) } else { at.voltage / spans.voltage };
-                    of * hat(&TIMES, self.term % TIMES.len(), at.time / spans.time)
+                    let of = if term < TIMES.len() { self.along_motion(at) } else { at.voltage / spans.voltage };
+                    of * hat(&TIMES, term % TIMES.len(), at.time / spans.time)
                 }
                 Follows::Run => {
-                    let of = if self.term < spans.runs { self.along_motion(at) } else { at.voltage / spans.voltage };
-                    of * f64::from(u8::from(self.term % spans.runs == at.run))
+                    let of = if term < spans.runs { self.along_motion(at) } else { at.voltage / spans.voltage };
+                    of * f64::from(u8::from(term % spans.runs == at.run))
                 }
-                Follows::Mesh => self.along_motion(at) * wave(self.term, at.angle),
-                Follows::Reversal => self.along_motion(at) * hat(&SINCE, self.term, at.since_reversal),
+                Follows::Mesh => self.along_motion(at) * wave(term, at.angle),
+                Follows::Reversal => self.along_motion(at) * hat(&SINCE, term, at.since_reversal),
                 Follows::Reading | Follows::SlipWithSpeed | Follows::SlipWithCurrent => 0.0,
             }
     }
@@ -173,23 +191,53 @@ impl Probe {
         (at.speed / (SLOW * self.spans.speed)).tanh()
     }
 
+    /// How fast the sensor gains on the shaft by a term at a moment, rad/s.
+    fn slip(&self, term: usize, at: Moment) -> f64 {
+        let spans = &self.spans;
+        match self.follows {
+            Follows::SlipWithSpeed => SLIPS * spans.speed * hat(&KNOTS, term, at.speed / spans.speed),
+            // A belt creeps by a share of its way.
+            Follows::SlipWithCurrent => SLIPS * at.speed.abs() * hat(&KNOTS, term, at.current / spans.current),
+            _ => 0.0,
+        }
+    }
+
+    /// Error of the reading by a term where the wiper stands at an angle (rad), rad.
+    fn reading_error(&self, term: usize, wiper: f64) -> f64 {
+        if self.follows == Follows::Reading { READING * wave(term, wiper) } else { 0.0 }
+    }
+}
+
+impl Probe {
+    /// One term of a curve, in its own size.
+    #[must_use]
+    pub fn term(shape: Shape, term: usize) -> Self {
+        let mut terms = vec![0.0; shape.terms()];
+        terms[term] = 1.0;
+        Self { shape, terms }
+    }
+
+    /// Torque at a moment, N·m.
+    #[must_use]
+    pub fn torque(&self, at: Moment) -> f64 {
+        self.sum(|term| self.shape.torque(term, at))
+    }
+
     /// How fast the sensor gains on the shaft at a moment, rad/s.
     #[must_use]
     pub fn slip(&self, at: Moment) -> f64 {
-        let spans = &self.spans;
-        SLIPS
-            * spans.speed
-            * match self.follows {
-                Follows::SlipWithSpeed => hat(&KNOTS, self.term, at.speed / spans.speed),
-                Follows::SlipWithCurrent => hat(&KNOTS, self.term, at.current / spans.current),
-                _ => 0.0,
-            }
+        self.sum(|term| self.shape.slip(term, at))
     }
 
     /// Error of the reading where the wiper stands at an angle (rad), rad.
     #[must_use]
     pub fn reading_error(&self, wiper: f64) -> f64 {
-        if self.follows == Follows::Reading { READING * wave(self.term, wiper) } else { 0.0 }
+        self.sum(|term| self.shape.reading_error(term, wiper))
+    }
+
+    fn sum(&self, of_term: impl Fn(usize) -> f64) -> f64 {
+        let there = self.terms.iter().enumerate().filter(|(_, much)| **much != 0.0);
+        there.map(|(term, much)| much * of_term(term)).sum()
     }
 }
 

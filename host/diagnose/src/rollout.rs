@@ -4,7 +4,10 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::model::{Boundary, Hidden, Plant};
+use effects::States;
+use hal_sim::shaft::Stepper;
+
+use super::model::{Boundary, Hidden, Plant, TURNS};
 use super::track::{Segment, Track};
 use common::wrap;
 
@@ -55,15 +58,13 @@ pub fn rollout(
         let hidden = match frozen {
             Some(frozen) => frozen[i],
             None if segment.linked => carried,
-            None => {
-                let span = track.t[(segment.first + 1).min(track.t.len() - 1)] - track.t[segment.first];
-                plant.hidden_at_start(starts[i][1], span, &carried.states)
-            }
+            None => beginning(plant, track, segment, starts[i], &carried.states, &mut stepper),
         };
         rolled.hidden.push(hidden);
         let currents = if with_current { Some(&mut rolled.currents[offset..=offset + length]) } else { None };
         let wipers = &mut rolled.wipers[offset..offset + length];
-        let end = plant.rollout(track, segment, Boundary { hidden, shaft: starts[i] }, &mut stepper, wipers, currents);
+        let shaft = shaft_at_start(plant, segment, starts[i], &hidden);
+        let end = plant.rollout(track, segment, Boundary { hidden, shaft }, &mut stepper, wipers, currents);
         carried = end.hidden;
         rolled.ends.push(end.shaft);
         offset += length;
@@ -71,6 +72,42 @@ pub fn rollout(
     rolled.currents.truncate(if with_current { total } else { 0 });
     rolled.readings = rolled.wipers.iter().map(|wiper| plant.reading(*wiper)).collect();
     rolled
+}
+
+/// Angle and speed of the shaft at a segment's start. Where a run begins, a start's angle is what the sensor shows there, for how far
+/// the shaft is ahead nothing says yet.
+fn shaft_at_start(plant: &Plant, segment: &Segment, start: [f64; 2], hidden: &Hidden) -> [f64; 2] {
+    let ahead = if segment.linked { 0.0 } else { plant.ahead(hidden) };
+    [start[0] + ahead, start[1]]
+}
+
+/// What no sensor sees where a run begins: of all that it may be, what suits the first segment best.
+fn beginning(
+    plant: &Plant,
+    track: &Track,
+    segment: &Segment,
+    start: [f64; 2],
+    before: &States,
+    stepper: &mut Stepper,
+) -> Hidden {
+    let span = track.t[(segment.first + 1).min(track.t.len() - 1)] - track.t[segment.first];
+    let hidden = |dragging: &f64| plant.hidden_at_start(*dragging, start[1], span, before);
+    let draggings = plant.beginnings(start[1]);
+    if let [only] = draggings {
+        return hidden(only);
+    }
+    let mut wipers = vec![0.0; segment.last - segment.first];
+    let mut error = |hidden: &Hidden| -> f64 {
+        let shaft = shaft_at_start(plant, segment, start, hidden);
+        plant.rollout(track, segment, Boundary { hidden: *hidden, shaft }, stepper, &mut wipers, None);
+        let left = wipers.iter().enumerate().map(|(i, wiper)| {
+            let reading = plant.reading(*wiper);
+            residual(track, segment, segment.first + i, reading).powi(2)
+        });
+        left.sum()
+    };
+    let tried = draggings.iter().map(hidden).map(|hidden| (error(&hidden), hidden));
+    tried.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(Hidden::default, |(_, hidden)| hidden)
 }
 
 /// Weighted squared error of each segment of a track.
@@ -101,7 +138,7 @@ pub fn residual(track: &Track, segment: &Segment, sample: usize, reading: f64) -
     if segment.whole { left } else { wrap(left) }
 }
 
-/// First guess of every start: a parabola through the readings of the first `window_s`. Where a segment begins with a hole,
+/// First guess of every start: a parabola through the readings of the first `window_s`; rest where a run begins slowly. Where a segment begins with a hole,
 /// the shaft is taken to have had the first reading's speed all along: a parabola would go astray there.
 #[must_use]
 pub fn guess(track: &Track, window_s: f64) -> Vec<[f64; 2]> {
@@ -120,6 +157,9 @@ pub fn guess(track: &Track, window_s: f64) -> Vec<[f64; 2]> {
                 points.push((track.t[k] - t0, track.angle[k]));
             }
             let [angle, speed] = parabola(&points);
+            if !segment.linked && speed.abs() < TURNS {
+                return [angle, 0.0];
+            }
             [angle - speed * (t0 - track.t[segment.first]), speed]
         })
         .collect()
@@ -156,6 +196,10 @@ pub fn refine(
     for guess in guesses {
         keep_better(plant, track, starts, guess, &mut rolled, &mut errors);
     }
+    if begin_at_rest(plant, track, starts, &errors) {
+        rolled = rollout(plant, track, starts, None, false);
+        errors = squared_errors(track, &rolled.readings);
+    }
     for _ in 0..rounds {
         let proposal = gauss_newton(plant, track, starts, &rolled);
         let before: f64 = errors.iter().sum();
@@ -177,6 +221,27 @@ pub fn refine(
         }
     }
     (rolled, errors)
+}
+
+/// Lets runs begin at rest where that suits their first segment better; whether any does. A play hides from the first readings that
+/// the shaft was at rest, and from a speed no step leads back to what may be at rest.
+fn begin_at_rest(plant: &Plant, track: &Track, starts: &mut [[f64; 2]], errors: &[f64]) -> bool {
+    let begins = |i: &usize| !track.segments[*i].linked && track.weight[track.segments[*i].first] > 0.0;
+    let begun: Vec<usize> = (0..track.segments.len()).filter(begins).collect();
+    if begun.is_empty() || plant.beginnings(0.0).len() == 1 {
+        return false;
+    }
+    let alone = Track { segments: begun.iter().map(|&i| track.segments[i]).collect(), ..track.clone() };
+    let rest: Vec<[f64; 2]> = alone.segments.iter().map(|segment| [track.angle[segment.first], 0.0]).collect();
+    let tried = squared_errors(&alone, &rollout(plant, &alone, &rest, None, false).readings);
+    let mut any = false;
+    for ((&i, rest), error) in begun.iter().zip(rest).zip(tried) {
+        if error < errors[i] {
+            starts[i] = rest;
+            any = true;
+        }
+    }
+    any
 }
 
 /// Each start as the segment before leads to it, on the turn of its own readings: where a segment has holes, its readings

@@ -183,14 +183,14 @@ impl Screen {
     }
 
     /// The coordinate that what is left follows best, where that is more than an accident: the curve that promises most beyond what
-    /// one of as many terms promises by accident.
+    /// one of as many terms promises by accident, and how much that is.
     #[must_use]
-    pub fn follows(&self) -> Option<Follows> {
+    pub fn follows(&self) -> Option<(Follows, f64)> {
         let curves = self.directions.iter().filter_map(|one| match one.direction {
             Direction::Curve(follows) if one.family_chance <= FAMILY_ERROR => Some((follows, one.beyond_accident())),
             _ => None,
         });
-        curves.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(follows, _)| follows)
+        curves.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
@@ -298,9 +298,7 @@ fn effect_columns(model: &FileModel, fit: &Fit, effect: Id, start: usize) -> (Ve
 
 /// How the readings change with the starts, the fit's numbers and each group's columns.
 fn columns(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled], groups: &[Group]) -> Vec<Columns> {
-    let moved: Vec<Moved> =
-        fit::moved(model, fit).into_iter().chain(groups.iter().flat_map(|group| group.moved.clone())).collect();
-    fit::sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved)
+    fit::columns_of(model, data, fit, rolled, groups.iter().flat_map(|group| group.moved.clone()))
 }
 
 /// Scores of every block of rollouts, and their curvature, the starts eliminated.

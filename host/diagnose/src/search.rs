@@ -88,6 +88,10 @@ pub(super) const MOST_FURTHER: usize = 3;
 /// easily mistaken for.
 const FIRST: (usize, f64, usize) = (6, 0.1, 2);
 
+/// A model does about as well as the best up to this factor of its mean square error.
+const LEADS: f64 = 1.1;
+/// What contains another effect leaves less than this share of its mean square error where it has something of its own.
+const GAINS: f64 = 0.999;
 /// Much better, or worse, is this factor of the mean square error.
 const MUCH: f64 = 1.25;
 
@@ -152,6 +156,8 @@ pub fn models(
 ) -> Vec<Candidate> {
     let (first, mut others) = promising(proposals);
     let mut candidates = alone(session, baseline, &first, f64::INFINITY, asks.done);
+    let related = related_to_leaders(&candidates, &mut others);
+    candidates.extend(alone(session, baseline, &related, f64::INFINITY, asks.done));
     from_before(session, &mut candidates, before);
     if !(asks.enough)(&candidates) {
         add_pairs(session, baseline, &mut candidates, asks);
@@ -220,6 +226,17 @@ fn promising(proposals: &[Proposal]) -> (Vec<&Proposal>, Vec<&Proposal>) {
         .enumerate()
         .partition(|(place, one)| (*place < most && one.promised >= share * best) || related(one.effect));
     (first.into_iter().map(|(_, one)| one).collect(), others.into_iter().map(|(_, one)| one).collect())
+}
+
+/// Takes those out of the proposals that the best single effect, or one that does about as well, is easily mistaken for: a screen does
+/// not always have it in front.
+fn related_to_leaders<'a>(candidates: &[Candidate], others: &mut Vec<&'a Proposal>) -> Vec<&'a Proposal> {
+    let least = best(candidates).map_or(0.0, Candidate::mean_square);
+    let leads = |one: &&Candidate| one.mean_square() <= LEADS * least;
+    let leaders: Vec<Id> = candidates.iter().filter(leads).flat_map(|one| &one.effects).copied().collect();
+    let (related, rest) = others.iter().partition(|one| leaders.iter().any(|leader| leader.mistaken(one.effect)));
+    *others = rest;
+    related
 }
 
 fn alone(
@@ -345,7 +362,11 @@ pub(super) fn level(session: &Session, candidates: &mut [Candidate]) {
         let Some(simple) = simpler(&candidates[rich].effects) else { continue };
         let Some(simple) = candidates.iter().position(|one| one.effects == simple) else { continue };
         fit_from(session, candidates, rich, simple);
-        fit_from(session, candidates, simple, rich);
+        let near = candidates[simple].mean_square() < NEAR * session.noise;
+        // One that has nothing of its own may have collapsed to the simple one, or never have left it.
+        if near && candidates[rich].mean_square() > GAINS * candidates[simple].mean_square() {
+            refit(session, candidates, simple, rich);
+        }
     }
 }
 
@@ -366,10 +387,15 @@ fn level_mistaken(session: &Session, candidates: &mut [Candidate]) {
 fn fit_from(session: &Session, candidates: &mut [Candidate], from: usize, to: usize) {
     let ratio = candidates[to].mean_square() / candidates[from].mean_square();
     if ratio > 1.002 && candidates[from].mean_square() < NEAR * session.noise {
-        let least = if candidates[from].in_full { candidates[from].fit.cost } else { f64::INFINITY };
-        let fit = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE, least);
-        candidates[to].improve(Candidate::of(session, fit, true));
+        refit(session, candidates, from, to);
     }
+}
+
+/// Fits one candidate once more from where another ended, and keeps the better outcome.
+fn refit(session: &Session, candidates: &mut [Candidate], from: usize, to: usize) {
+    let least = if candidates[from].in_full { candidates[from].fit.cost } else { f64::INFINITY };
+    let fit = session.again(&candidates[to].effects, &candidates[from].fit, ROUNDS, TOLERANCE, least);
+    candidates[to].improve(Candidate::of(session, fit, true));
 }
 
 /// The same effects with one of them in its contained form (Coulomb friction for Stribeck friction); `None` where none

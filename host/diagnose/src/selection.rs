@@ -30,6 +30,8 @@ const SUBSTANTIAL: f64 = 0.29;
 const LEAST_OVERALL: f64 = 0.15;
 /// A part of a misfit that so many effects could explain is named after none of them.
 const MOST_FOR_A_PART: usize = 3;
+/// Of more models than this only those stay that the runs do not rule out, not those that are behind by too little to matter.
+const MOST_BY_SIZE: usize = 3;
 /// Share of the rollouts that a trimmed comparison leaves out.
 const TRIMMED: f64 = 0.05;
 /// A richer model must be better by this share of the error to be preferred to a simpler one, however sure the
@@ -287,12 +289,13 @@ impl Selection<'_> {
             .iter()
             .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))
             .unwrap_or(&0);
+        let near = models.iter().copied().filter(|&i| verdict == Verdict::Explained && self.as_near(best, i));
+        let surely: Vec<usize> = self.confidence_set(models).into_iter().chain(near).collect();
         let mut class: Vec<usize> = models
             .iter()
             .copied()
             .filter(|&i| i == best || !self.pays(&self.candidates[best], &self.candidates[i]))
-            .chain(self.confidence_set(models))
-            .chain(models.iter().copied().filter(|&i| verdict == Verdict::Explained && self.as_near(best, i)))
+            .chain(surely.iter().copied())
             .collect();
         class.sort_unstable();
         class.dedup();
@@ -315,6 +318,10 @@ impl Selection<'_> {
             class.iter().filter(simpler).any(|&j| !self.suggests(&self.candidates[i], &self.candidates[j]))
         };
         let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i) && !imitates(i)).collect();
+        if class.len() > MOST_BY_SIZE && self.candidates[best].effects.len() == 1 {
+            // A long list of what is behind by little says less than the runs do.
+            class.retain(|&i| i == best || surely.contains(&i));
+        }
         // Of those that do the same to a per mille, as one law under two names, the one that the catalogue has first.
         let same = |i: usize| {
             let [one, least] = [i, best].map(|i| &self.candidates[i]);
@@ -404,6 +411,7 @@ mod tests {
         let effects: Vec<Id> = effects.iter().map(|name| Id::of(name).unwrap()).collect();
         let fit = Fit {
             effects: effects.clone(),
+            curve: None,
             free: Vec::new(),
             of_file: 0,
             coordinates: Vec::new(),

@@ -13,6 +13,7 @@ use super::fit::{self, Data, Fit, Until};
 use super::floor::{self, Scatter};
 use super::ground;
 use super::nominal::FileModel;
+use super::probe::Shape;
 use super::rollout::{self, Rolled, Starts};
 use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
@@ -383,6 +384,13 @@ impl Session {
     #[must_use]
     pub fn look(&self, effects: &[Id], from: &Fit, starts: &[usize], (rounds, least): (usize, f64)) -> Fit {
         self.best_of_starts(effects, from, starts, |begun, best| self.look_on(begun, from, rounds, best.min(least)))
+    }
+
+    /// The same with a curve over one coordinate beside what a fit has.
+    #[must_use]
+    pub fn look_with_curve(&self, from: &Fit, shape: Shape, rounds: usize) -> Fit {
+        let begun = Fit { starts: self.coarse_starts(from), ..from.with_curve(shape) };
+        self.look_on(begun, from, rounds, f64::INFINITY)
     }
 
     /// The cost of a model on the rollouts of a first look.

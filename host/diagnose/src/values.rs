@@ -207,7 +207,7 @@ fn motor(robot: &Robot, number: Number, value: [f64; 3]) -> Vec<FittedParameter>
             }
             both
         }
-        Number::WindingTime | Number::OfEffect(_) | Number::OfConverter(_) => Vec::new(),
+        Number::WindingTime | Number::OfEffect(_) | Number::OfConverter(_) | Number::OfCurve(_) => Vec::new(),
     }
 }
 

@@ -97,7 +97,7 @@ pub enum TermKind {
     TorqueAlongVoltageNm,
     /// An error of the angle reading, rad.
     ReadingRad,
-    /// How fast the sensor gains on the shaft, rad/s.
+    /// How fast the sensor gains on the shaft, rad/s; over the current, at the highest speed of the runs.
     SlipRadPerS,
 }
 

@@ -6,8 +6,9 @@ use rand::{RngExt, SeedableRng};
 use recording::{AngleReading, Drive, Recording};
 use robot_file::robot::Robot;
 
+use super::super::screen::Screen;
 use super::super::session::Session;
-use super::super::{Options, curves};
+use super::super::{Options, curves, judged, map, place};
 use super::*;
 
 /// The shaft at a moment, as the terms below know it.
@@ -77,6 +78,18 @@ fn place_of(runs: &[Recording]) -> &'static str {
         .map_or("none", |(follows, _)| follows.name())
 }
 
+/// The coordinate of the curve that takes away most of what the refitted model leaves, and the one over which the runs predict each
+/// other's rest.
+fn places_of(runs: &[Recording]) -> [Option<&'static str>; 2] {
+    let bench = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/bench-linear.toml");
+    let robot = Robot::load(bench.as_ref()).unwrap();
+    let (mut session, fit) = Session::open(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    let refitted = judged(&mut session, fit);
+    let no_screen = Screen { directions: Vec::new(), motion_chance: 1.0 };
+    let follows = place::of(&session, &refitted, session.noise, &no_screen);
+    [follows.map(Follows::name), map::predicted(&session, &refitted)]
+}
+
 fn along(speed: f64) -> f64 {
     (speed / 5.0).tanh()
 }
@@ -111,9 +124,20 @@ fn a_sensor_that_loses_counts_when_it_is_fast_follows_the_speed() {
 
 #[test]
 fn a_belt_that_slips_under_a_high_load_follows_the_current() {
-    // A creep in proportion to the load would be a motor of other numbers.
-    let slip = |at: &At| 40.0 * (at.current - at.current.clamp(-0.12, 0.12));
+    let slip = |at: &At| 0.4 * at.speed.abs() * (at.current - at.current.clamp(-0.12, 0.12));
     assert_eq!(place_of(&runs(|_| 0.0, slip)), "current_a");
+}
+
+#[test]
+fn a_belt_that_creeps_by_its_load_is_placed_by_a_curve_that_is_fitted() {
+    let slip = |at: &At| 0.15 * at.speed.abs() * at.current;
+    assert_eq!(places_of(&runs(|_| 0.0, slip))[0], Some("current_a"));
+}
+
+#[test]
+fn counts_that_are_lost_now_and_then_at_high_speed_are_placed_by_what_runs_say_of_each_other() {
+    let slip = |at: &At| if at.speed.abs() > 120.0 && at.angle.rem_euclid(23.0) < 0.3 { 8.0 } else { 0.0 };
+    assert_eq!(places_of(&runs(|_| 0.0, slip))[1], Some("speed_rad_per_s"));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use control::Actuation;
-use effects::Id;
+use effects::{Id, States};
 use hal_sim::{Settings, SimulatedRobot};
 use rand::{RngExt, SeedableRng};
 use recording::{AngleReading, Drive, Recording};
@@ -12,7 +12,8 @@ use robot_file::Robot;
 use robot_file::angle_code::angle_scale;
 
 use super::super::fit::{Data, Fit, Until, fit, misfit};
-use super::super::rollout::{guess, refine_all};
+use super::super::model::Boundary;
+use super::super::rollout::{guess, refine, refine_all};
 use super::super::track::Track;
 use super::super::values;
 use super::super::verdict::FittedParameter;
@@ -112,6 +113,26 @@ fn a_model_that_is_wrong_keeps_its_numbers_where_the_file_has_them() {
         let found = fit(&model, &data, Fit::begin(&model, &[], 0, starts.clone()), Until::settled(25, 1e-5));
         assert!(misfit(&data, found.cost) > 10.0, "friction leaves more than noise");
         assert!(!found.strayed(), "{:?} with {sigma} rad", found.coordinates);
+    }
+}
+
+#[test]
+fn a_run_that_begins_at_rest_may_begin_anywhere_in_the_play() {
+    let (plain, with) = robots("sensor_hysteresis", &[("gap_deg", 3.0)]);
+    let plant = Fit::begin(&FileModel::new(&with), &[], 0, Vec::new()).plant(&FileModel::new(&with));
+    let mut track = Track::new(&plain, &run(&plain, 1), 0).unwrap();
+    track.segments.truncate(1);
+    let segment = track.segments[0];
+    for dragging in [-1.0, 0.0, 1.0] {
+        let hidden = plant.hidden_at_start(dragging, 0.0, 1e-3, &States::default());
+        let mut wipers = vec![0.0; segment.last - segment.first];
+        let from = Boundary { hidden, shaft: [0.4, 0.0] };
+        plant.rollout(&track, &segment, from, &mut plant.stepper(&track), &mut wipers, None);
+        track.angle[..wipers.len()].copy_from_slice(&wipers);
+        let mut starts = guess(&track, 0.02);
+        let (_, errors) = refine(&plant, &track, &mut starts, &[], 6);
+        let left = (errors[0] / wipers.len() as f64).sqrt();
+        assert!(left < 1e-4, "dragged by {dragging}: {left} rad left");
     }
 }
 
