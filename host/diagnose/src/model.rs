@@ -71,7 +71,9 @@ pub struct Plant {
 }
 
 /// A shaft that is faster than this where a run begins has been turning, rad/s: readings alone do not show a slower one.
-pub const TURNS: f64 = 5.0;
+const TURNS: f64 = 5.0;
+/// The same of teeth, rad/s.
+const SLIDES: f64 = 0.5;
 /// A span of more than this many mean spans of its segment is a hole. No segment has one inside.
 const LONGEST_SPAN: f64 = 10.0;
 
@@ -159,19 +161,17 @@ impl Plant {
     }
 
     /// How what no sensor sees may stand at the start of a run or after a hole in it: dragged along with a shaft that turns, −1 or 1;
-    /// of one that rests, anything from dragged backwards to dragged forwards.
+    /// of one that rests, anything from dragged backwards to dragged forwards, where something remembers which way that was. Teeth with
+    /// play between motor and load are taken as they turn: a fit of theirs has valleys enough.
     #[must_use]
-    pub fn beginnings(&self, speed: f64) -> &'static [f64] {
-        let remembers =
-            self.shaft.laws.presliding().is_some() || self.half_play > 0.0 || self.half_gap > 0.0 || self.follows;
-        if speed > TURNS {
-            &[1.0]
-        } else if speed < -TURNS {
-            &[-1.0]
-        } else if remembers {
-            &[0.0, -1.0, 1.0, -0.5, 0.5]
+    pub fn beginnings(&self, speed: f64) -> Vec<f64> {
+        let remembers = self.shaft.laws.presliding().is_some() || self.half_play > 0.0 || self.follows;
+        if !remembers {
+            vec![(speed / SLIDES).clamp(-1.0, 1.0)]
+        } else if speed.abs() > TURNS {
+            vec![speed.signum()]
         } else {
-            &[0.0]
+            vec![0.0, -1.0, 1.0, -0.5, 0.5]
         }
     }
 

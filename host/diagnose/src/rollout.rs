@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use effects::States;
 use hal_sim::shaft::Stepper;
 
-use super::model::{Boundary, Hidden, Plant, TURNS};
+use super::model::{Boundary, Hidden, Plant};
 use super::track::{Segment, Track};
 use common::wrap;
 
@@ -93,7 +93,7 @@ fn beginning(
     let span = track.t[(segment.first + 1).min(track.t.len() - 1)] - track.t[segment.first];
     let hidden = |dragging: &f64| plant.hidden_at_start(*dragging, start[1], span, before);
     let draggings = plant.beginnings(start[1]);
-    if let [only] = draggings {
+    if let [only] = draggings.as_slice() {
         return hidden(only);
     }
     let mut wipers = vec![0.0; segment.last - segment.first];
@@ -138,7 +138,7 @@ pub fn residual(track: &Track, segment: &Segment, sample: usize, reading: f64) -
     if segment.whole { left } else { wrap(left) }
 }
 
-/// First guess of every start: a parabola through the readings of the first `window_s`; rest where a run begins slowly. Where a segment begins with a hole,
+/// First guess of every start: a parabola through the readings of the first `window_s`. Where a segment begins with a hole,
 /// the shaft is taken to have had the first reading's speed all along: a parabola would go astray there.
 #[must_use]
 pub fn guess(track: &Track, window_s: f64) -> Vec<[f64; 2]> {
@@ -157,9 +157,6 @@ pub fn guess(track: &Track, window_s: f64) -> Vec<[f64; 2]> {
                 points.push((track.t[k] - t0, track.angle[k]));
             }
             let [angle, speed] = parabola(&points);
-            if !segment.linked && speed.abs() < TURNS {
-                return [angle, 0.0];
-            }
             [angle - speed * (t0 - track.t[segment.first]), speed]
         })
         .collect()
