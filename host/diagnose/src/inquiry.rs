@@ -7,7 +7,6 @@ use effects::{Coordinate, Id};
 use robot_file::robot::Robot;
 
 use super::bootstrap::Bootstrap;
-use super::map;
 use super::odd_runs;
 use super::pairs;
 use super::place;
@@ -186,7 +185,7 @@ impl<'a> Inquiry<'a> {
             found.odd_runs = None;
         }
         let is_odd = found.odd_runs.is_some();
-        let predicted = || map::predicted(&found.session, found.left_by()).filter(|_| !is_odd);
+        let predicted = || place::predicted(&found.session, found.left_by()).filter(|_| !is_odd);
         found.place = follows.map(Follows::name).or_else(predicted);
     }
 

@@ -1,6 +1,5 @@
 //! Where the misfit lives: the held-out error against angle, speed, voltage and time, before and after.
 
-use super::fit;
 use super::model::Plant;
 use super::probe::Follows;
 use super::rollout::{residual, rollout};
@@ -12,25 +11,19 @@ use super::verdict::{LeftOver, MisfitBin, MisfitCurve, RolloutError, RolloutTrac
 use common::{quantile, wrap};
 
 /// Bins of a curve.
-const BINS: usize = 24;
+pub(super) const BINS: usize = 24;
 /// A bin with fewer samples is left out.
 const FEWEST: usize = 20;
-/// Coordinates over which one run says nothing of another.
-const NOT_PREDICTED: [&str; 2] = ["run", "time_in_rollout_s"];
-/// Share of a prediction that is left to chance.
-const UNSAID: f64 = 0.05;
-/// What is no information, nats.
-const LEAST_INFORMATION: f64 = 0.05;
 
 /// One reading with what it is plotted against.
-struct Point {
-    coordinates: [f64; NAMES.len()],
+pub(super) struct Point {
+    pub(super) coordinates: [f64; NAMES.len()],
     before: f64,
-    after: f64,
+    pub(super) after: f64,
 }
 
 /// Names of the coordinates, in order of [`Point::coordinates`].
-const NAMES: [&str; 8] = [
+pub(super) const NAMES: [&str; 8] = [
     "angle_rad",
     "speed_rad_per_s",
     "voltage_v",
@@ -52,7 +45,7 @@ fn points(session: &Session, before: &Candidate, after: &Candidate) -> Vec<Point
 }
 
 /// The readings of a run, with what a plant shows from the rollouts' starts before and after.
-fn points_of(
+pub(super) fn points_of(
     session: &Session,
     plant: &Plant,
     track: &Track,
@@ -93,82 +86,21 @@ fn points_of(
     out
 }
 
-/// The coordinate over which the excess of some runs says best where it lies in another, by the information about it that they give
-/// (nats, of each run by all others, in proportion to its excess); `None` where none says anything. An event of its own is always
-/// confined in time, and not where time says nothing of the next one.
-#[must_use]
-pub fn predicted(session: &Session, model: &Candidate) -> Option<&'static str> {
-    let plant = model.fit.plant(&session.model);
-    let rolled = fit::roll_all(&session.model, &session.data(), &model.fit);
-    let of_fitted = session.fit.iter().enumerate().map(|(i, track)| {
-        let readings = &rolled[i].readings;
-        (session.fit_noise, points_of(session, &plant, track, &model.fit.starts[i], [readings, readings]))
-    });
-    let of_held_out = session.held_out.iter().enumerate().map(|(i, track)| {
-        let readings = &model.evaluation.rolled[i].readings;
-        (session.noise, points_of(session, &plant, track, &model.evaluation.starts[i], [readings, readings]))
-    });
-    let runs: Vec<(f64, Vec<Point>)> = of_fitted.chain(of_held_out).collect();
-    let known = (0..NAMES.len()).filter(|&axis| !NOT_PREDICTED.contains(&NAMES[axis]));
-    let best = known.map(|axis| (axis, information(&runs, axis))).max_by(|a, b| a.1.total_cmp(&b.1));
-    best.filter(|best| best.1 > LEAST_INFORMATION).map(|(axis, _)| NAMES[axis])
-}
-
-/// What the excess of the other runs over a coordinate says about where that of a run lies.
-fn information(runs: &[(f64, Vec<Point>)], axis: usize) -> f64 {
-    let mut values: Vec<f64> = runs.iter().flat_map(|run| &run.1).map(|point| point.coordinates[axis]).collect();
-    let range = Bins::over(&mut values);
-    // Of each run and bin: excess and samples.
-    let of_run = |(noise, points): &(f64, Vec<Point>)| {
-        let mut bins = [(0.0, 0.0); BINS];
-        for point in points {
-            if let Some(bin) = range.of(point.coordinates[axis]) {
-                bins[bin].0 += point.after.powi(2) - noise;
-                bins[bin].1 += 1.0;
-            }
-        }
-        bins.map(|(excess, samples)| (excess.max(0.0), samples))
-    };
-    let by_run: Vec<[(f64, f64); BINS]> = runs.iter().map(of_run).collect();
-    let sum = |bins: &[(f64, f64); BINS]| bins.iter().fold((0.0, 0.0), |sum, bin| (sum.0 + bin.0, sum.1 + bin.1));
-    let all: f64 = by_run.iter().map(|bins| sum(bins).0).sum();
-    let said = by_run.iter().enumerate().map(|(own, bins)| {
-        let mut others = [(0.0, 0.0); BINS];
-        for (_, bins) in by_run.iter().enumerate().filter(|(run, _)| *run != own) {
-            for (total, bin) in others.iter_mut().zip(bins) {
-                *total = (total.0 + bin.0, total.1 + bin.1);
-            }
-        }
-        let (total, here) = (sum(&others), sum(bins));
-        if total.0 <= 0.0 || here.0 <= 0.0 {
-            return 0.0;
-        }
-        // How much more than usual the others have here.
-        let density = |(excess, samples): (f64, f64)| {
-            if samples > 0.0 { (1.0 - UNSAID) * (excess / total.0) / (samples / total.1) + UNSAID } else { UNSAID }
-        };
-        let expected: f64 = others.iter().zip(bins).map(|(other, bin)| density(*other) * bin.1 / here.1).sum();
-        let gained = others.iter().zip(bins).map(|(other, bin)| bin.0 / here.0 * (density(*other) / expected).ln());
-        here.0 * gained.sum::<f64>()
-    });
-    said.sum::<f64>() / all.max(f64::MIN_POSITIVE)
-}
-
 /// Equal bins over the values of a coordinate.
-struct Bins {
+pub(super) struct Bins {
     low: f64,
     width: f64,
 }
 
 impl Bins {
     /// A few wild samples must not stretch the axis.
-    fn over(values: &mut [f64]) -> Self {
+    pub(super) fn over(values: &mut [f64]) -> Self {
         let mut at = |share: f64| quantile(values, share).unwrap_or(0.0);
         let (low, high) = (at(0.002), at(0.998));
         Self { low, width: ((high - low) / BINS as f64).max(1e-12) }
     }
 
-    fn of(&self, value: f64) -> Option<usize> {
+    pub(super) fn of(&self, value: f64) -> Option<usize> {
         let place = (value - self.low) / self.width;
         (0.0..=BINS as f64).contains(&place).then_some((place as usize).min(BINS - 1))
     }

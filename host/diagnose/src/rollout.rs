@@ -223,11 +223,11 @@ pub fn refine(
 /// Lets runs begin at rest where that suits their first segment better; whether any does. A play hides from the first readings that
 /// the shaft was at rest, and from a speed no step leads back to what may be at rest.
 fn begin_at_rest(plant: &Plant, track: &Track, starts: &mut [[f64; 2]], errors: &[f64]) -> bool {
-    let begins = |i: &usize| !track.segments[*i].linked && track.weight[track.segments[*i].first] > 0.0;
-    let begun: Vec<usize> = (0..track.segments.len()).filter(begins).collect();
-    if begun.is_empty() || plant.beginnings(0.0).len() == 1 {
+    if plant.beginnings(0.0).len() == 1 {
         return false;
     }
+    let begins = |i: &usize| !track.segments[*i].linked && track.weight[track.segments[*i].first] > 0.0;
+    let begun: Vec<usize> = (0..track.segments.len()).filter(begins).collect();
     let alone = Track { segments: begun.iter().map(|&i| track.segments[i]).collect(), ..track.clone() };
     let rest: Vec<[f64; 2]> = alone.segments.iter().map(|segment| [track.angle[segment.first], 0.0]).collect();
     let tried = squared_errors(&alone, &rollout(plant, &alone, &rest, None, false).readings);

@@ -8,7 +8,7 @@ use robot_file::robot::Robot;
 
 use super::super::screen::Screen;
 use super::super::session::Session;
-use super::super::{Options, curves, judged, map, place};
+use super::super::{Options, curves, judged, place};
 use super::*;
 
 /// The shaft at a moment, as the terms below know it.
@@ -67,11 +67,16 @@ fn one_run(shaft: &Shaft, run: usize, torque: &impl Fn(&At) -> f64, slip: &impl 
     out
 }
 
-/// The coordinate of the curve that promises most about the refitted model.
-fn place_of(runs: &[Recording]) -> &'static str {
+/// The runs with the bench's file refitted to them, the last two held out.
+fn opened(runs: &[Recording]) -> (Session, Fit) {
     let bench = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/bench-linear.toml");
     let robot = Robot::load(bench.as_ref()).unwrap();
-    let (session, fit) = Session::open(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    Session::open(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap()
+}
+
+/// The coordinate of the curve that promises most about the refitted model.
+fn place_of(runs: &[Recording]) -> &'static str {
+    let (session, fit) = opened(runs);
     let screened = curves::screen(&session.model, &session.data(), &fit, 1, &Follows::ALL);
     let best = Follows::ALL.into_iter().zip(&screened).filter(|(_, one)| one.is_sure());
     best.max_by(|a, b| a.1.beyond_accident().total_cmp(&b.1.beyond_accident()))
@@ -81,13 +86,11 @@ fn place_of(runs: &[Recording]) -> &'static str {
 /// The coordinate of the curve that takes away most of what the refitted model leaves, and the one over which the runs predict each
 /// other's rest.
 fn places_of(runs: &[Recording]) -> [Option<&'static str>; 2] {
-    let bench = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/bench-linear.toml");
-    let robot = Robot::load(bench.as_ref()).unwrap();
-    let (mut session, fit) = Session::open(&robot, &runs[..4], &runs[4..], &Options::default()).unwrap();
+    let (mut session, fit) = opened(runs);
     let refitted = judged(&mut session, fit);
     let no_screen = Screen { directions: Vec::new(), motion_chance: 1.0 };
     let follows = place::of(&session, &refitted, session.noise, &no_screen);
-    [follows.map(Follows::name), map::predicted(&session, &refitted)]
+    [follows.map(Follows::name), place::predicted(&session, &refitted)]
 }
 
 fn along(speed: f64) -> f64 {
