@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use diagnose::{Cause, Detail, Diagnosis, Gain, Verdict};
-use system_tests::blind::case::Category::{Hidden, Nothing, Outside};
-use system_tests::blind::score::{Mark, mark, median_and_worst};
+use system_tests::blind::case::Category::{Hidden, Nothing, Outside, Two};
+use system_tests::blind::score::{Mark, mark, mark_lowest, median_and_worst};
 
 fn said(verdict: Verdict, causes: &[&[&str]]) -> Diagnosis {
     let cause = |names: &&[&str]| Cause {
@@ -44,6 +44,19 @@ fn a_hidden_effect_counts_under_its_name_or_in_a_small_stated_class() {
     assert_eq!(of(Verdict::Ambiguous, &[vague]), Mark::FalseName, "a class of half the library says nothing");
     assert_eq!(of(Verdict::Unexplained, &[&["driver_drop"]]), Mark::Missed);
     assert_eq!(of(Verdict::Nothing, &[]), Mark::Missed);
+}
+
+#[test]
+fn the_least_error_alone_is_judged_by_the_same_rule() {
+    let of = |lowest: &[&str]| mark_lowest(Hidden, &["driver_drop"], lowest);
+    assert_eq!(of(&["driver_drop"]), Mark::Right);
+    assert_eq!(of(&["battery_sag", "driver_drop"]), Mark::FalseName);
+    assert_eq!(of(&[]), Mark::Missed);
+    let both: &[&str] = &["battery_sag", "driver_drop"];
+    assert_eq!(mark_lowest(Two, both, &["driver_drop"]), Mark::OneOfTwo);
+    assert_eq!(mark_lowest(Two, both, both), Mark::Right);
+    assert_eq!(mark_lowest(Outside, &["gear_mesh"], &["driver_drop"]), Mark::FalseName);
+    assert_eq!(mark_lowest(Nothing, &[], &[]), Mark::Right);
 }
 
 #[test]

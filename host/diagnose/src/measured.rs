@@ -31,20 +31,11 @@ fn runs(folder: &Path, wanted: impl Fn(u32) -> bool) -> Vec<Recording> {
 }
 
 #[test]
-fn load_friction_is_named_on_the_xl330() {
-    load_friction_is_named(&GAINS[..1]);
-}
-
-#[test]
-#[ignore = "five minutes: .ci/long"]
+#[ignore = "six minutes: .ci/long"]
 fn load_friction_is_named_on_the_xl330_whichever_gain_is_held_out() {
-    load_friction_is_named(&GAINS[1..]);
-}
-
-fn load_friction_is_named(held_out: &[u32]) {
     let Some(folder) = data() else { return };
     let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-xl330.toml")).unwrap();
-    for &left_out in held_out {
+    for left_out in GAINS {
         let (fit, held_out) = (runs(&folder, |gain| gain != left_out), runs(&folder, |gain| gain == left_out));
         let clock = std::time::Instant::now();
         let diagnosis = diagnose(&robot, &fit, &held_out, &Options::default()).unwrap();

@@ -174,6 +174,9 @@ fn tell(outcomes: &[Outcome], arguments: &Arguments, first: u64, total: u64) -> 
     for bar in &bars {
         println!("{}", bar.line);
     }
+    if let Some(line) = report::lowest_wins(&outcomes) {
+        println!("{line}");
+    }
     for outcome in outcomes.iter().filter(|outcome| !outcome.passed()) {
         println!("\nfailed: {}", outcome.line());
         println!("  files: … --export {} DIR --category {}", outcome.seed, outcome.category.word());

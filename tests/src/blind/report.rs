@@ -135,6 +135,22 @@ pub fn bars(outcomes: &[Outcome]) -> Vec<Bar> {
     bars
 }
 
+/// What a rule that names the model with the least held-out error, and never keeps silent, would have reached on the same sets; `None`
+/// for outcomes of a journal that does not know it.
+#[must_use]
+pub fn lowest_wins(outcomes: &[Outcome]) -> Option<String> {
+    outcomes.iter().find(|one| !one.lowest.is_empty())?;
+    let of = |category: Category| {
+        let sets: Vec<&Outcome> = outcomes.iter().filter(|one| one.category == category).collect();
+        let marked = |mark| sets.iter().filter(|one| one.lowest_mark() == mark).count();
+        let (right, wrong) = (marked(Mark::Right), marked(Mark::FalseName));
+        (!sets.is_empty()).then(|| format!("{} {right} of {} right, {wrong} false names", category.word(), sets.len()))
+    };
+    let told: Vec<String> =
+        [Category::Hidden, Category::Weak, Category::Two, Category::Outside].into_iter().filter_map(of).collect();
+    Some(format!("beside it, lowest held-out error wins: {}", told.join("; ")))
+}
+
 /// Runs of the bar on time: about 8 s at 1 kHz.
 fn is_usual((per_s, seconds): (f64, f64)) -> bool {
     per_s == 1000.0 && (6.0..=10.0).contains(&seconds)

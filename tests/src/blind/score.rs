@@ -66,6 +66,10 @@ pub struct Outcome {
     /// What is said of the mistake in the files, where there is one.
     #[serde(default)]
     pub heard: Option<Heard>,
+    /// The effects of the model with the least held-out error of all that were tried; none where that is the file's own, or where
+    /// no screen raised an alarm and no other was tried.
+    #[serde(default)]
+    pub lowest: Vec<String>,
 }
 
 /// Diagnoses the files of a data set, as a user would: the robot file and recordings from disk.
@@ -124,6 +128,25 @@ fn holds(cause: &Cause, truth: &str) -> bool {
     cause.effect == truth || cause.also.iter().any(|also| also == truth)
 }
 
+/// How it compares with the truth to name the model with the least held-out error, whatever it is.
+#[must_use]
+pub fn mark_lowest(category: Category, truth: &[&str], lowest: &[&str]) -> Mark {
+    let is_true = |name: &&str| truth.contains(name);
+    match category {
+        _ if lowest.is_empty() => {
+            if truth.is_empty() {
+                Mark::Right
+            } else {
+                Mark::Missed
+            }
+        }
+        Category::Nothing | Category::Outside | Category::Mistaken => Mark::FalseName,
+        _ if !lowest.iter().all(is_true) => Mark::FalseName,
+        _ if lowest.len() < truth.len() => Mark::OneOfTwo,
+        _ => Mark::Right,
+    }
+}
+
 /// Each of the names is one of two effects, or the class of one; or some are not.
 fn mark_two(truth: &[&str], said: &Diagnosis) -> Mark {
     let small = |cause: &Cause| cause.also.len() < LARGEST_CLASS;
@@ -146,6 +169,7 @@ pub fn run(case: &Case, directory: &Path) -> std::io::Result<Outcome> {
     let start = Instant::now();
     let (said, peak_mb) = memory::measured(|| examine(&paths));
     let seconds = start.elapsed().as_secs_f64();
+    let lowest = said.as_ref().map_or_else(|_| Vec::new(), lowest);
     let heard = case.mistake.map(|mistake| heard::listen(mistake, case, &paths, &said));
     let mark = match &heard {
         Some(heard) => heard.mark(),
@@ -164,7 +188,15 @@ pub fn run(case: &Case, directory: &Path) -> std::io::Result<Outcome> {
         recorded: Some((case.setting.per_s, 8.0 * case.setting.share)),
         mark,
         heard,
+        lowest,
     })
+}
+
+/// The effects of the model with the least held-out error.
+fn lowest(said: &Diagnosis) -> Vec<String> {
+    let tried = said.detail.candidates.iter();
+    let least = tried.min_by(|a, b| a.held_out_rmse.total_cmp(&b.held_out_rmse));
+    least.map_or_else(Vec::new, |least| least.effects.clone())
 }
 
 impl Outcome {
@@ -192,6 +224,14 @@ impl Outcome {
             Verdict::Unexplained => format!("unexplained, partly {}", names.join(" + ")),
             Verdict::Explained | Verdict::Ambiguous => names.join(" + "),
         }
+    }
+
+    /// The mark that the model with the least held-out error would have got.
+    #[must_use]
+    pub fn lowest_mark(&self) -> Mark {
+        let [truth, lowest] =
+            [&self.truth, &self.lowest].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+        mark_lowest(self.category, &truth, &lowest)
     }
 
     /// Column of the confusion table.

@@ -450,15 +450,14 @@ fn said(file_name: &str, mistake: Mistake) -> RigCheck {
     check_rig(&file, &runs)
 }
 
+/// [`mistakes_are_said_with_their_mend_and_right_sets_pass`] makes them with the bench's motor.
 #[test]
-fn every_mistake_is_said_of_two_rigs() {
-    for name in ["bench-linear", "motor-136"] {
-        for mistake in MISTAKES {
-            let check = said(name, mistake);
-            let is_said = check.findings.iter().flat_map(|finding| &finding.mends).any(|mend| mistake.is(&mend.causes));
-            assert!(is_said, "{name}, {mistake:?}: {}", words(&check));
-            assert!(check.findings.iter().all(|finding| !finding.evidence.is_empty()), "{}", words(&check));
-        }
+fn every_mistake_is_said_of_another_motor_too() {
+    for mistake in MISTAKES {
+        let check = said("motor-136", mistake);
+        let is_said = check.findings.iter().flat_map(|finding| &finding.mends).any(|mend| mistake.is(&mend.causes));
+        assert!(is_said, "{mistake:?}: {}", words(&check));
+        assert!(check.findings.iter().all(|finding| !finding.evidence.is_empty()), "{}", words(&check));
     }
 }
 
