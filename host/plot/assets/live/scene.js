@@ -11,6 +11,9 @@ import { onTheme } from "view/theme";
 import { legend } from "view/words";
 
 const by = (id) => document.getElementById(id);
+/** So many pictures in a row that took longer than this, s: the computer has no graphics card. */
+const SLOW_S = 0.1;
+const SLOW_PICTURES = 12;
 
 export class LiveScene {
   /** `setup.moves`: the body's poses come; otherwise its rotor turns and the rest is as it stands. */
@@ -22,6 +25,7 @@ export class LiveScene {
     this.robot = new Robot(this.motion);
     this.forces = new Forces(this.motion);
     this.trail = new Trail(plan.contact);
+    this.slow = 0;
     this.stage.world.add(ground(this.motion), this.robot.group, this.trail.group, this.forces.group);
     this.feet = moves ? new Feet(by("feet"), this.motion) : null;
     by("forces-label").hidden = !moves;
@@ -53,6 +57,8 @@ export class LiveScene {
   /** Draws what is `passed` s later. */
   draw(passed) {
     const { motion } = this;
+    this.slow = passed > SLOW_S ? this.slow + 1 : 0;
+    if (this.slow === SLOW_PICTURES) this.stage.lighten();
     motion.advance(passed);
     this.robot.pose(motion.state);
     if (this.moves) {

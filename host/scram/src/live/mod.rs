@@ -26,6 +26,9 @@ use told::Told;
 
 /// Time between two messages to the pages.
 const FRAME: Duration = Duration::from_millis(40);
+/// A dongle that is silent for less is waited for: whoever looks on shall not lose the page to a busy computer. Its robots stop by
+/// themselves meanwhile, and are told to stop when it is back.
+const DONGLE_PATIENCE: Duration = Duration::from_secs(5);
 
 /// Which pages there are and what they may.
 pub struct Live<'a> {
@@ -41,13 +44,22 @@ pub struct Live<'a> {
 /// end that is the caller's ([`Console::finish`]).
 ///
 /// # Errors
-/// Nobody to talk to any more.
+/// Nobody to talk to any more: the line broke, or the dongle has been silent for 5 s.
 pub fn run(console: &mut impl Console, live: &Live<'_>, ended: &dyn Fn() -> bool) -> Result<(), LinkError> {
     let mut driver = Driver::default();
     let mut told = Told::default();
     let mut due = Duration::ZERO;
+    let mut was_silent = false;
     while !ended() && !console.wants_to_quit() {
-        console.poll()?;
+        match console.poll() {
+            Err(LinkError::DongleSilent { silent }) if silent < DONGLE_PATIENCE => was_silent = true,
+            polled => {
+                polled?;
+                if std::mem::take(&mut was_silent) {
+                    console.stop_all();
+                }
+            }
+        }
         for incoming in live.hub.take() {
             take(console, live, &mut driver, &told, incoming);
         }
