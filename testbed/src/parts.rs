@@ -50,9 +50,9 @@ pub struct Plant {
 impl Plant {
     /// A motor that is not driven, its wiper converted so often in a tick.
     #[must_use]
-    pub fn new(robot: Simulated, conversions: u8, conversion_us: u64) -> Self {
+    pub fn new(robot: impl Into<Simulated>, conversions: u8, conversion_us: u64) -> Self {
         Self {
-            robot,
+            robot: robot.into(),
             conversion_us,
             actuation: Actuation::OFF,
             driven: 0,

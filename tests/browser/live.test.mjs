@@ -149,10 +149,11 @@ describe("robots while they run", { skip: missing() }, () => {
     await walk(one);
     const third = (await open(drives.url)).page;
     await third.context().close();
-    await other.waitForTimeout(1500);
+    await other.waitForTimeout(500);
     assert.match(await state(other), /speed/, "a page that looks on may go");
     await one.context().close();
     await becomes(other, "idle");
+    await other.waitForFunction(() => /the page that drives is closed/.test(document.getElementById("log").textContent));
   });
 
   it("stops the robots when the page that drives is hidden", async () => {

@@ -30,7 +30,10 @@ fn scene(states: usize) -> Scene {
         t_s: i as f64 * 0.01,
         poses: vec![ScenePose::at([i as f64, 0.0, 0.5]), ScenePose::at([0.0; 3]).turned(0.1 * i as f64)],
         robot: Some(ScenePose::at([i as f64, 0.0, 0.0])),
-        feet: vec![SceneFoot { position: [0.0, 1.0, 0.0], force: [0.0, 0.0, if i % 2 == 0 { 2.0 } else { 0.0 }] }],
+        feet: vec![SceneFoot {
+            position: [0.0, 1.0, 0.0],
+            force: [0.0, 0.0, if i.is_multiple_of(2) { 2.0 } else { 0.0 }],
+        }],
     };
     Scene {
         frames: vec![frame("body", WORLD), frame("rotor", "body")],

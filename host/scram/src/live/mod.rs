@@ -56,7 +56,7 @@ pub fn run(console: &mut impl Console, live: &Live<'_>, ended: &dyn Fn() -> bool
             polled => {
                 polled?;
                 if std::mem::take(&mut was_silent) {
-                    console.stop_all();
+                    stop(console, "the dongle was silent for a moment: the robots are told to stop");
                 }
             }
         }
@@ -65,7 +65,7 @@ pub fn run(console: &mut impl Console, live: &Live<'_>, ended: &dyn Fn() -> bool
         }
         let now = console.model().now;
         if driver.has_gone(now) {
-            console.stop_all();
+            stop(console, "the page that drives is closed, hidden or silent: the robots are told to stop");
         }
         if let Some(bodies) = &live.bodies {
             told.bodies(bodies.try_iter());
@@ -76,6 +76,13 @@ pub fn run(console: &mut impl Console, live: &Live<'_>, ended: &dyn Fn() -> bool
         }
     }
     Ok(())
+}
+
+/// Stops every robot, and says why in the log and the recording.
+fn stop(console: &mut impl Console, why: &str) {
+    console.stop_all();
+    // A note is never wrong.
+    let _ = console.submit(&format!("note {why}"));
 }
 
 fn take(console: &mut impl Console, live: &Live<'_>, driver: &mut Driver, told: &Told, (page, incoming): Incoming) {
