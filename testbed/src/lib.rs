@@ -33,4 +33,5 @@ pub mod realtime;
 pub mod robot;
 pub mod serial;
 pub mod setup;
+pub mod simulated;
 pub mod time;

@@ -7,7 +7,6 @@ use std::rc::Rc;
 use control::protocol::radio::{Crash, Reset};
 use control::protocol::secure::Nonce;
 use control::{Actuation, AdcCode, Sample};
-use hal_sim::SimulatedRobot;
 use hal_sim::adc::Adc;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -17,6 +16,7 @@ use shell::inject::FaultInjector;
 use crate::broken::Broken;
 use crate::event_log::{Event, EventLog};
 use crate::power::Power;
+use crate::simulated::Simulated;
 use crate::time::{now_us, pass};
 
 /// Interval in which something keeps the processor busy, from the control loop's first conversion after its begin, µs.
@@ -28,10 +28,10 @@ pub struct ProcessorHold {
     pub for_us: u64,
 }
 
-/// The motor with bridge and sensor, in step with the clock.
+/// The motor with bridge and sensor, and on the ground the body, in step with the clock.
 pub struct Plant {
-    /// Motor, bridge, sensor.
-    pub robot: SimulatedRobot,
+    /// Motor, bridge, sensor; the body.
+    pub robot: Simulated,
     /// How long a conversion takes, µs.
     pub conversion_us: u64,
     actuation: Actuation,
@@ -50,9 +50,9 @@ pub struct Plant {
 impl Plant {
     /// A motor that is not driven, its wiper converted so often in a tick.
     #[must_use]
-    pub fn new(robot: SimulatedRobot, conversions: u8, conversion_us: u64) -> Self {
+    pub fn new(robot: impl Into<Simulated>, conversions: u8, conversion_us: u64) -> Self {
         Self {
-            robot,
+            robot: robot.into(),
             conversion_us,
             actuation: Actuation::OFF,
             driven: 0,

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use control::protocol::pairing::Pairing;
+use hal_sim::body::Snapshot;
 use robot_file::Robot;
 
 use crate::injected_event::InjectedEvent;
@@ -21,11 +22,18 @@ pub struct Options {
     pub pairings: Vec<Option<Pairing>>,
     /// What happens, and when, since the start.
     pub injected_events: Vec<(Duration, InjectedEvent)>,
+    /// Whether the robots stand on the ground with their bodies; otherwise their motors are alone.
+    pub on_ground: bool,
+    /// Who is told how the bodies move, [`BODY_RATE_HZ`] times a second of the bench's time: a snapshot a robot.
+    pub watcher: Option<Sender<Vec<Snapshot>>>,
 }
+
+/// Of [`Options::watcher`].
+pub const BODY_RATE_HZ: f64 = 100.0;
 
 impl Default for Options {
     fn default() -> Self {
-        Self { robots: 1, seed: 1, pairings: Vec::new(), injected_events: Vec::new() }
+        Self { robots: 1, seed: 1, pairings: Vec::new(), injected_events: Vec::new(), on_ground: false, watcher: None }
     }
 }
 
@@ -118,7 +126,7 @@ mod unix {
 
     use serialport::{SerialPort, TTYPort};
 
-    use super::{Options, Robot, RobotStatus, Simulation, ThreadMessage};
+    use super::{BODY_RATE_HZ, Options, Robot, RobotStatus, Sender, Simulation, Snapshot, ThreadMessage};
     use crate::bench::Bench;
     use crate::event_log::Detail;
     use crate::setup::Setup;
@@ -148,7 +156,8 @@ mod unix {
                 }
                 // The near end stays open between one program's use of it and the next one's.
                 let _near = near;
-                keep_pace(&mut bench, &mut far, &ordered);
+                let mut watch = Watch { watcher: options.watcher, due_us: 0 };
+                keep_pace(&mut bench, &mut far, &ordered, &mut watch);
             })?;
             Ok(Self { port, orders: Some(orders), thread: Some(thread) })
         }
@@ -157,6 +166,9 @@ mod unix {
     fn setup(file: &Robot, options: &Options) -> io::Result<Setup> {
         let robots = if options.pairings.is_empty() { options.robots } else { options.pairings.len() };
         let mut setup = Setup::new(file, robots, options.seed).map_err(io::Error::other)?;
+        if options.on_ground {
+            setup = setup.on_ground(file).map_err(io::Error::other)?;
+        }
         setup.detail = Detail::Nothing;
         for (member, pairing) in setup.robots.iter_mut().zip(&options.pairings) {
             member.pairing.clone_from(pairing);
@@ -169,8 +181,30 @@ mod unix {
         Ok(setup)
     }
 
+    /// Who is told of the bodies, and when next.
+    struct Watch {
+        watcher: Option<Sender<Vec<Snapshot>>>,
+        due_us: u64,
+    }
+
+    impl Watch {
+        /// Runs the bench to a time, µs, and tells of the bodies on the way.
+        fn run(&mut self, bench: &mut Bench, end_us: u64) {
+            while let Some(watcher) = self.watcher.as_ref().filter(|_| self.due_us <= end_us) {
+                bench.run_until(self.due_us);
+                let snapshots = bench.robots.iter().filter_map(crate::robot::Robot::snapshot).collect();
+                // Nobody looks any more: the robots go on.
+                if watcher.send(snapshots).is_err() {
+                    self.watcher = None;
+                }
+                self.due_us += (1e6 / BODY_RATE_HZ) as u64;
+            }
+            bench.run_until(end_us);
+        }
+    }
+
     /// Until nobody holds the other end of the commands, or the pseudo-terminal fails.
-    fn keep_pace(bench: &mut Bench, far: &mut TTYPort, ordered: &Receiver<ThreadMessage>) {
+    fn keep_pace(bench: &mut Bench, far: &mut TTYPort, ordered: &Receiver<ThreadMessage>, watch: &mut Watch) {
         let start = Instant::now();
         let mut bytes = [0; 4096];
         // What the pseudo-terminal had no room for, as nobody reads: the dongle waits then, like a real one.
@@ -191,7 +225,7 @@ mod unix {
             }
             let due_us = start.elapsed().as_micros() as u64;
             if bench.now_us() < due_us {
-                bench.run_until(due_us.min(bench.now_us() + STRIDE_US));
+                watch.run(bench, due_us.min(bench.now_us() + STRIDE_US));
             }
             if waiting.is_empty() {
                 match line.read(&mut bytes) {

@@ -10,7 +10,8 @@ use control::protocol::pairing::Pairing;
 use control::protocol::radio::{Counters, Reset};
 use control::protocol::secure::SessionReceiver;
 use control::{Actuation, Fault, Parameters, State};
-use hal_sim::{SimulatedRobot, Truth};
+use hal_sim::Truth;
+use hal_sim::body::Snapshot;
 use shell::board::{Address, Encryption, Readings, Sender, Sent};
 use shell::inject;
 use shell::robot::{
@@ -25,6 +26,7 @@ use crate::flash::Flash;
 use crate::parts::{Board, Plant, ProcessorHold, SeededEntropy, StatusLed};
 use crate::power::Power;
 use crate::serial::Serial;
+use crate::simulated::Simulated;
 use crate::time::{Processor, World, now_us, until};
 
 /// A robot before it is on the bench.
@@ -38,8 +40,8 @@ pub struct Member {
     pub settings: Settings,
     /// Parameters in its flash.
     pub stored: Option<Parameters>,
-    /// Motor, bridge, sensor; with the faults that it shall have.
-    pub simulated: SimulatedRobot,
+    /// Motor, bridge, sensor, or the whole robot on the ground; with the faults that it shall have.
+    pub simulated: Simulated,
     /// How long a conversion takes, µs.
     pub conversion_us: u64,
     /// Place on a line, m; the dongle is at 0.
@@ -239,6 +241,15 @@ impl Robot {
         self.plant(|plant| {
             plant.advance();
             plant.robot.truth()
+        })
+    }
+
+    /// What really is with its body, now; none on a bench.
+    #[must_use]
+    pub fn snapshot(&self) -> Option<Snapshot> {
+        self.plant(|plant| {
+            plant.advance();
+            plant.robot.snapshot()
         })
     }
 

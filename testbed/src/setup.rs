@@ -4,6 +4,8 @@ use control::protocol::pairing::Pairing;
 use control::protocol::radio::Reset;
 use control::protocol::secure::Key;
 use hal_sim::SimulatedRobot;
+use hal_sim::body::plan::PlanError;
+use hal_sim::body::{Precision, Walker, WalkingRobots};
 use robot_file::design::{DesignError, design};
 use robot_file::robot::{Radio, Sensor};
 use shell::board::Address;
@@ -13,6 +15,7 @@ use shell::robot::Settings;
 use crate::event_log::Detail;
 use crate::parts::SeededEntropy;
 use crate::robot::Member;
+use crate::simulated::Simulated;
 
 /// The dongle's address where nobody gives another.
 pub const DONGLE: Address = [0x24, 0x6f, 0x28, 0, 0, 1];
@@ -61,12 +64,15 @@ pub enum SetupError {
     NoRadio,
     /// A name is too long for the protocol.
     Name(String),
+    /// There is no body to set on the ground.
+    Body(PlanError),
 }
 
 impl std::fmt::Display for SetupError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Design(error) => error.fmt(f),
+            Self::Body(error) => error.fmt(f),
             Self::NoRadio => f.write_str(
                 "radio: missing, and without it there is no link to simulate: copy the table from robot.toml",
             ),
@@ -91,18 +97,45 @@ impl Setup {
         let robots = (0..robots).map(|index| member(file, index, seed)).collect::<Result<_, _>>()?;
         Ok(Self { seed, radio, dongle: Some(dongle), robots, detail: Detail::default() })
     }
+
+    /// The same robots with their bodies, on the ground: one cannot be on another's way.
+    ///
+    /// # Errors
+    /// The file has no body, or one that cannot be built.
+    pub fn on_ground(mut self, file: &robot_file::Robot) -> Result<Self, SetupError> {
+        for (index, member) in (0..).zip(&mut self.robots) {
+            member.simulated = fine_on_ground(file, self.seed.wrapping_add(index)).map_err(SetupError::Body)?;
+        }
+        Ok(self)
+    }
 }
 
 /// A robot's motor in steps that are finer than its ticks, so that what comes late or early acts then: the same integration
 /// steps as in [`SimulatedRobot::new`], and as many draws.
 #[must_use]
 pub fn fine(file: &robot_file::Robot, seed: u64) -> SimulatedRobot {
+    let (file, settings) = fine_steps(file);
+    SimulatedRobot::with(&file, seed, &settings)
+}
+
+/// The same with the robot's body, at rest on the ground.
+///
+/// # Errors
+/// The file has no body, or one that cannot be built.
+pub fn fine_on_ground(file: &robot_file::Robot, seed: u64) -> Result<Simulated, PlanError> {
+    let (file, settings) = fine_steps(file);
+    let walker = Walker::new(&file, seed, &settings)?;
+    Ok(Simulated::Ground(Box::new(WalkingRobots::new(vec![walker], Precision::Double)?)))
+}
+
+/// A tick an integration step.
+fn fine_steps(file: &robot_file::Robot) -> (robot_file::Robot, hal_sim::Settings) {
     let mut file = file.clone();
-    let steps = hal_sim::Settings::default().steps_per_tick;
+    let usual = hal_sim::Settings::default();
     if let Some(controller) = &mut file.controller {
-        controller.tick_s.value /= steps as f64;
+        controller.tick_s.value /= usual.steps_per_tick as f64;
     }
-    SimulatedRobot::with(&file, seed, &hal_sim::Settings { steps_per_tick: 1, ..hal_sim::Settings::default() })
+    (file, hal_sim::Settings { steps_per_tick: 1, ..usual })
 }
 
 fn member(file: &robot_file::Robot, index: usize, seed: u64) -> Result<Member, SetupError> {
@@ -125,7 +158,7 @@ fn member(file: &robot_file::Robot, index: usize, seed: u64) -> Result<Member, S
         pairing: Some(pairing(DONGLE, seed, index)),
         settings,
         stored: None,
-        simulated: fine(file, seed.wrapping_add(index as u64)),
+        simulated: fine(file, seed.wrapping_add(index as u64)).into(),
         conversion_us,
         position_m: 1.0 + index as f64,
         reset: Reset::PowerOn,

@@ -94,7 +94,7 @@ fn simulated() -> SimulatedRobot {
 fn minute() -> (Run, Vec<(f64, Option<Answer>)>) {
     let mut trial = Trial::new(SEED);
     let robot = &mut trial.setup.robots[0];
-    (robot.simulated, robot.stored, robot.reset) = (simulated(), Some(stored()), Reset::BrownOut);
+    (robot.simulated, robot.stored, robot.reset) = (simulated().into(), Some(stored()), Reset::BrownOut);
     trial.air = LOSSY;
     trial.injected_events = vec![
         (40_000_000, InjectedEvent::SlowRadio(0, 60_000)),

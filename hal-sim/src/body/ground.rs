@@ -11,7 +11,32 @@ pub struct Meeting {
     pub normal: [f64; 2],
 }
 
+/// A stretch of ground across the whole width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// From and to along x, m.
+    pub x: [f64; 2],
+    /// Of the surface, m.
+    pub height: f64,
+    /// Coefficient.
+    pub friction: f64,
+}
+
 impl Contact {
+    /// The ground from rear to front between two places (m), cut where its height or its friction changes.
+    #[must_use]
+    pub fn stretches(&self, [from, to]: [f64; 2]) -> Vec<Stretch> {
+        let changes = self.steps.iter().chain(&self.patches).map(|pair| pair[0]).filter(|x| from < *x && *x < to);
+        let mut edges: Vec<f64> = changes.chain([from, to]).collect();
+        edges.sort_by(f64::total_cmp);
+        edges.dedup();
+        let stretch = |pair: &[f64]| {
+            let x = [pair[0], pair[1]];
+            Stretch { x, height: self.height(x[0]), friction: self.patch_friction(x[0]) }
+        };
+        edges.windows(2).map(stretch).collect()
+    }
+
     /// Where a sphere of this radius with its centre at `x`, `z` meets the ground: the nearest of treads and risers.
     #[must_use]
     pub fn meeting(&self, radius: f64, x: f64, z: f64) -> Meeting {

@@ -20,6 +20,7 @@ pub mod walking;
 
 pub use drive::Drive;
 pub use ensemble::{Ensemble, Precision, Settings};
+pub use ground::Stretch;
 pub use plan::Plan;
 pub use snapshot::{Pose, Snapshot};
 pub use track::{Speeds, Track};

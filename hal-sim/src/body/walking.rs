@@ -191,6 +191,11 @@ impl WalkingRobots {
         self.robots[i].inject(fault);
     }
 
+    /// Mends everything of robot `i` but a collapsed rail.
+    pub fn mend(&mut self, i: usize) {
+        self.robots[i].mend();
+    }
+
     /// Breaks something of robot `i` from a time (s since the start) on.
     pub fn schedule(&mut self, i: usize, fault: Fault, at_s: f64) {
         self.robots[i].schedule(fault, at_s);

@@ -9,7 +9,7 @@ use hal_sim::body::plan::{Backbone, Contact};
 
 use super::Options;
 use super::chain::Chain;
-use super::ground::{depth, stretches};
+use super::ground::{centre, depth, half_size, stretches};
 use super::words::word;
 use super::xml::{Xml, numbers};
 
@@ -147,8 +147,8 @@ impl Writer<'_> {
             let mut attributes = vec![
                 ("name", format!("ground{}", index + 1).into()),
                 ("type", "box".into()),
-                ("size", numbers(&stretch.half_size(depth))),
-                ("pos", numbers(&stretch.centre(depth))),
+                ("size", numbers(&half_size(stretch, depth))),
+                ("pos", numbers(&centre(stretch, depth))),
                 ("contype", "0".into()),
                 ("conaffinity", "1".into()),
                 // Over the feet's: the friction is the ground's.

@@ -1,7 +1,7 @@
 //! Writes MCAP: self-describing JSON messages with a JSON schema, which the field's viewers open.
 //!
 //! Topic `/sample` holds what a robot measured, `/simulation` what only a simulation knows, `/event` what the controller was
-//! told and `/state` what it said. Uncompressed chunks with
+//! told and `/state` what it said; a scene for viewers has topics of its own ([`super::mcap_scene`]). Uncompressed chunks with
 //! indexes; the metadata comes first, so that even a file that was cut off tells what it is.
 
 use std::collections::BTreeMap;
@@ -13,9 +13,10 @@ use serde_json::{Map, Value, json};
 use super::rows::{self, Cell};
 use common::atomic::write_atomically;
 
+use super::mcap_scene::SceneWriter;
 use super::schema::{event_schema, state_schema};
 use super::telemetry::At;
-use super::{ExtraColumn, LoggedCommand, Metadata, Recording, RecordingError, RunLog, SessionEvent};
+use super::{ExtraColumn, LoggedCommand, Metadata, Recording, RecordingError, RunLog, Scene, SessionEvent};
 
 /// Topic of the standard columns.
 pub(super) const SAMPLE_TOPIC: &str = "/sample";
@@ -56,10 +57,26 @@ pub fn write_mcap_run(
     log: &RunLog,
     metadata: &Metadata,
 ) -> Result<(), RecordingError> {
+    write_mcap_scene(path, recording, extra, log, None, metadata)
+}
+
+/// [`write_mcap_run`] and what viewers draw of it. States of the scene after the last sample are left out.
+///
+/// # Errors
+/// As [`write_mcap_run`], and the scene's frames do not fit its states.
+pub fn write_mcap_scene(
+    path: &Path,
+    recording: &Recording,
+    extra: &[ExtraColumn],
+    log: &RunLog,
+    scene: Option<&Scene>,
+    metadata: &Metadata,
+) -> Result<(), RecordingError> {
     rows::check_rectangular(path, recording, extra)?;
     log.check(path, recording)?;
+    scene.map_or(Ok(()), |scene| scene.check(path))?;
     let metadata = metadata.to_toml(path)?;
-    write_atomically::<io::Error>(path, |file| write_watched(file, recording, extra, log, &metadata))
+    write_atomically::<io::Error>(path, |file| write_watched(file, recording, extra, log, scene, &metadata))
         .map_err(|e| RecordingError::io(path, e))
 }
 
@@ -69,10 +86,11 @@ fn write_watched(
     recording: &Recording,
     extra: &[ExtraColumn],
     log: &RunLog,
+    scene: Option<&Scene>,
     metadata: &str,
 ) -> io::Result<()> {
     let mut file = Watched { file, error: None };
-    let written = write(&mut file, recording, extra, log, metadata);
+    let written = write(&mut file, recording, extra, log, scene, metadata);
     written.map_err(|error| file.error.take().unwrap_or_else(|| into_io(error)))
 }
 
@@ -124,6 +142,7 @@ fn write<W: Write + Seek>(
     recording: &Recording,
     extra: &[ExtraColumn],
     log: &RunLog,
+    scene: Option<&Scene>,
     metadata: &str,
 ) -> mcap::McapResult<()> {
     let options = mcap::WriteOptions::new().compression(None).library(concat!("scram ", env!("CARGO_PKG_VERSION")));
@@ -143,19 +162,24 @@ fn write<W: Write + Seek>(
     };
     let told = EventChannels::begin(&mut writer, log, !recording.adc_second.is_empty())?;
     let start = recording.t_s.first().copied().unwrap_or(0.0);
+    // The log time is for viewers and cannot be negative; t_s in the message is the time.
+    let log_time = |t_s: f64| ((if start < 0.0 { t_s - start } else { t_s }) * 1e9).round() as u64;
+    let mut scene = scene.map(|scene| SceneWriter::begin(&mut writer, scene, log_time(start))).transpose()?;
     let mut cells = Vec::new();
     let mut given = 0;
     for row in 0..recording.len() {
         let t_s = recording.t_s[row];
-        // The log time is for viewers and cannot be negative; t_s in the message is the time.
-        let log_time = ((if start < 0.0 { t_s - start } else { t_s }) * 1e9).round() as u64;
+        let time = log_time(t_s);
         // The counter may wrap: a viewer's hint, 32 bit by the format.
         let header = |channel_id| mcap::records::MessageHeader {
             channel_id,
             sequence: row as u32,
-            log_time,
-            publish_time: log_time,
+            log_time: time,
+            publish_time: time,
         };
+        if let Some(scene) = &mut scene {
+            scene.until(&mut writer, t_s, log_time)?;
+        }
         // Commands and states before the sample of their tick.
         for command in log.commands_before(row, &mut given) {
             told.command(&mut writer, &header(told.event), t_s, command)?;
@@ -297,11 +321,11 @@ mod tests {
             ..Recording::default()
         };
         let mut small = Small { file: Cursor::default(), room: usize::MAX };
-        write_watched(&mut small, &recording, &[], &RunLog::default(), "").unwrap();
+        write_watched(&mut small, &recording, &[], &RunLog::default(), None, "").unwrap();
         let whole = small.file.get_ref().len();
         for room in 0..whole {
             let mut small = Small { file: Cursor::default(), room };
-            let written = write_watched(&mut small, &recording, &[], &RunLog::default(), "");
+            let written = write_watched(&mut small, &recording, &[], &RunLog::default(), None, "");
             assert_eq!(written.unwrap_err().kind(), io::ErrorKind::StorageFull, "{room} of {whole} bytes");
         }
     }

@@ -1,5 +1,5 @@
 //! The library under the `scram` command: the console ([`console`]), the bring-up of a board ([`bring_up`]), a chip in the
-//! loop ([`hil`]) and recordings seen again ([`replay`]).
+//! loop ([`hil`]), the console in a browser ([`live`]) and recordings seen again ([`replay`]).
 //!
 //! ```
 //! // What is wrong with a line of the console, before anything is sent.
@@ -17,5 +17,6 @@
 pub mod bring_up;
 pub mod console;
 pub mod hil;
+pub mod live;
 pub mod progress;
 pub mod replay;

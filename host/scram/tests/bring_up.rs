@@ -229,7 +229,13 @@ mod on_a_port {
     /// Runs it on an ordinary image, with something typed.
     fn run(directory: &Path, injected_events: &[InjectedEvent], words: &str, typed: &str) -> Output {
         let injected_events = injected_events.iter().map(|injected_event| (Duration::ZERO, *injected_event)).collect();
-        let options = Options { robots: 1, seed: 1, pairings: vec![Some(pairing(DONGLE, 1, 0))], injected_events };
+        let options = Options {
+            robots: 1,
+            seed: 1,
+            pairings: vec![Some(pairing(DONGLE, 1, 0))],
+            injected_events,
+            ..Options::default()
+        };
         let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
         keys(1, 1).save(&directory.join("keys.toml")).expect("writes");
         let port = simulation.port().display();

@@ -27,7 +27,13 @@ struct OnTty {
 impl OnTty {
     fn new(injected_events: &[InjectedEvent]) -> Self {
         let injected_events = injected_events.iter().map(|injected_event| (Duration::ZERO, *injected_event)).collect();
-        let options = Options { robots: 1, seed: 1, pairings: vec![Some(pairing(DONGLE, 1, 0))], injected_events };
+        let options = Options {
+            robots: 1,
+            seed: 1,
+            pairings: vec![Some(pairing(DONGLE, 1, 0))],
+            injected_events,
+            ..Options::default()
+        };
         let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
         let directory = tempfile::tempdir().expect("a directory");
         keys(1, 1).save(&directory.path().join("keys.toml")).expect("writes");

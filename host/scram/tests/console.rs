@@ -32,7 +32,7 @@ struct OnTty {
 impl OnTty {
     fn new(robots: usize) -> Self {
         let pairings = (0..robots).map(|index| Some(pairing(DONGLE, SEED, index))).collect();
-        let options = Options { robots, seed: SEED, pairings, injected_events: Vec::new() };
+        let options = Options { robots, seed: SEED, pairings, ..Options::default() };
         let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
         let directory = tempfile::tempdir().expect("a directory");
         keys(robots, SEED).save(&directory.path().join("keys.toml")).expect("writes");

@@ -5,6 +5,7 @@ mod common;
 use std::path::Path;
 
 use common::command::{fails, json, succeeds, succeeds_saying, temporary};
+use common::csv::Csv;
 use common::root;
 use serde_json::Value;
 
@@ -12,28 +13,6 @@ use serde_json::Value;
 fn robot(directory: &Path, name: &str, text: &str) {
     let base = root().join("robot.toml").canonicalize().unwrap();
     std::fs::write(directory.join(name), format!("base = {:?}\n{text}", base.display().to_string())).unwrap();
-}
-
-/// A CSV file: names, rows.
-struct Csv {
-    names: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
-
-impl Csv {
-    fn read(path: &Path) -> Self {
-        let text = std::fs::read_to_string(path).unwrap();
-        let mut lines = text.lines().map(|line| line.split(',').map(String::from).collect::<Vec<_>>());
-        let names = lines.next().unwrap();
-        let rows: Vec<Vec<String>> = lines.collect();
-        assert!(rows.iter().all(|row| row.len() == names.len()), "{}", path.display());
-        Self { names, rows }
-    }
-
-    fn column(&self, name: &str) -> Vec<f64> {
-        let index = self.names.iter().position(|known| known == name).unwrap_or_else(|| panic!("no column {name}"));
-        self.rows.iter().map(|row| row[index].parse().unwrap()).collect()
-    }
 }
 
 #[track_caller]

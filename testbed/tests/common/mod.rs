@@ -70,7 +70,7 @@ impl Trial {
     /// The same without jitter, so that times are known to the microsecond.
     pub fn punctual(seed: u64) -> Self {
         let mut trial = Self::new(seed);
-        trial.setup.robots[0].simulated = punctual(seed);
+        trial.setup.robots[0].simulated = punctual(seed).into();
         trial
     }
 

@@ -47,7 +47,7 @@ impl Template {
         let mut setup = self.setup.clone();
         setup.seed = seed;
         for (index, member) in (0_u64..).zip(&mut setup.robots) {
-            member.simulated = fine(&self.file, seed.wrapping_mul(101).wrapping_add(index));
+            member.simulated = fine(&self.file, seed.wrapping_mul(101).wrapping_add(index)).into();
         }
         setup
     }

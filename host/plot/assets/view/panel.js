@@ -1,6 +1,7 @@
 // Buttons, slider, keys, and what is written beside the picture.
 
-import { footColour, onTheme } from "view/theme";
+import { Feet } from "view/feet";
+import { frequency, legend, signed } from "view/words";
 
 const by = (id) => document.getElementById(id);
 const PLAY = "M8 5v14l11-7z";
@@ -25,7 +26,7 @@ export class Panel {
     for (const id of ["longitudinal", "lateral", "yaw"]) by(id).closest("div").hidden = run.plan.clamped !== null;
     by("rotor-row").hidden = run.rotor === null;
     by("rotor").closest("label").hidden = run.rotor === null;
-    this.#feet();
+    this.feet = new Feet(by("feet"), run);
   }
 
   #slider() {
@@ -65,21 +66,6 @@ export class Panel {
     action();
   }
 
-  /** A box a foot, seen from above, the front to the right as the robot starts. */
-  #feet() {
-    const { modules, feet } = this.run;
-    const pitch = Math.min(26, 150 / modules);
-    const x = (foot) => 24 + pitch * (modules - 1 - (foot >> 1)) + 0.5 * pitch;
-    const dots = Array.from({ length: feet }, (_, foot) => `<circle cx="${x(foot)}" cy="${foot % 2 ? 38 : 8}" r="${0.23 * pitch}" stroke-width="1.6"/>`);
-    const boxes = Array.from({ length: modules }, (_, k) => `<rect x="${x(2 * k) - 0.3 * pitch}" y="16.5" width="${0.6 * pitch}" height="13" rx="2"/>`);
-    const spine = `<line x1="${x(feet - 1)}" x2="${x(0)}" y1="23" y2="23"/>`;
-    const width = 24 + pitch * modules + 34;
-    by("feet").innerHTML = `<svg viewBox="0 0 ${width} 46">${spine}${boxes.join("")}${dots.join("")}
-      <text x="0" y="11">left</text><text x="0" y="41">right</text><text x="${width - 30}" y="26">front</text></svg>`;
-    this.dots = [...by("feet").querySelectorAll("circle")];
-    onTheme(() => this.dots.forEach((dot, foot) => dot.setAttribute("stroke", `#${footColour(foot).getHexString()}`)));
-  }
-
   get rate() {
     return Number(document.querySelector("[name=rate]:checked").value);
   }
@@ -94,7 +80,7 @@ export class Panel {
   }
 
   legend(forces) {
-    by("legend").innerHTML = forces ? `grid 10 mm · force <i>↑</i> ${forces.length} mm = ${forces.force}, at most ${forces.longest} mm` : "grid 10 mm";
+    by("legend").innerHTML = legend(forces);
   }
 
   /** Writes what is at a time. */
@@ -110,18 +96,8 @@ export class Panel {
     by("longitudinal").textContent = speeds ? `${signed(speeds.longitudinal, 1)} mm/s` : "–";
     by("lateral").textContent = speeds ? `${signed(speeds.lateral, 1)} mm/s` : "–";
     by("yaw").textContent = speeds ? `${signed(speeds.yaw, 1)} °/s` : "–";
-    this.dots.forEach((dot, foot) => dot.setAttribute("fill", run.touches(time, foot) ? dot.getAttribute("stroke") : "transparent"));
+    this.feet.show((foot) => run.touches(time, foot));
   }
-}
-
-function signed(value, digits) {
-  const text = Math.abs(value).toFixed(digits);
-  return (value < 0 && Number(text) !== 0 ? "−" : "+") + text;
-}
-
-function frequency(hz) {
-  const text = `${signed(hz, 2)} Hz`;
-  return Math.abs(hz) < 0.005 ? text : `${text} ${hz > 0 ? "↻" : "↺"}`;
 }
 
 function meanSpeeds(speeds) {

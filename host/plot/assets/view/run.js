@@ -1,15 +1,13 @@
 // The run as the page holds it: numbers out of the codes, and the state between two frames.
-// From here on lengths are millimetres; angles rad, forces N, counter-clockwise positive, but the rotor's frequency is
-// in Hz and positive clockwise seen from above, as people count it.
 
-const POSE = 7; // x y z, w x y z
+import { Body } from "view/body";
 
 /** Reads what `host/plot/src/view/scene.rs` wrote. */
 export function readRun(text) {
   return new Run(JSON.parse(text));
 }
 
-function decode(json, toMillimetres) {
+function decode(json, isLength) {
   const channels = json.scale.length;
   const values = new Float64Array(json.frames * channels);
   const digit = (at) => {
@@ -20,24 +18,19 @@ function decode(json, toMillimetres) {
     const at = 4 * i;
     const code = (digit(at) << 4) | digit(at + 1) | (digit(at + 2) << 12) | (digit(at + 3) << 8);
     const [least, step] = json.scale[i % channels];
-    values[i] = (least + step * code) * (toMillimetres(i % channels) ? 1000 : 1);
+    values[i] = (least + step * code) * (isLength(i % channels) ? 1000 : 1);
   }
   return values;
 }
 
-class Run {
+class Run extends Body {
   constructor(json) {
-    Object.assign(this, { title: json.title, plan: json.plan, speeds: json.speeds, frames: json.frames });
+    super(json.plan, json.scale.length);
+    Object.assign(this, { title: json.title, speeds: json.speeds, frames: json.frames });
     this.start = json.start_s;
     this.interval = json.interval_s;
     this.end = this.start + this.interval * Math.max(json.frames - 1, 0);
-    this.channels = json.scale.length;
-    this.modules = json.plan.modules.length;
-    this.segments = json.plan.backbones.reduce((sum, backbone) => sum + backbone.segments, 0);
-    this.feet = 2 * this.modules;
-    this.poses = POSE * (this.modules + this.segments);
-    this.rotor = json.plan.eccentric && this.poses + 3 * this.feet < this.channels ? this.poses + 3 * this.feet : null;
-    this.values = decode(json, (channel) => channel < this.poses && channel % POSE < 3);
+    this.values = decode(json, (channel) => this.isLength(channel));
     this.#summarise();
   }
 
@@ -46,11 +39,9 @@ class Run {
     this.centroids = [];
     this.headings = new Float64Array(this.frames);
     for (let frame = 0; frame < this.frames; frame++) {
-      const at = (part, axis) => this.values[frame * this.channels + POSE * part + axis];
-      const mean = (axis) => Array.from({ length: this.modules }, (_, k) => at(k, axis)).reduce((a, b) => a + b) / this.modules;
-      this.centroids.push([mean(0), mean(1), mean(2)]);
-      const last = this.modules - 1;
-      const heading = Math.atan2(at(0, 1) - at(last, 1), at(0, 0) - at(last, 0));
+      const state = this.values.subarray(frame * this.channels, (frame + 1) * this.channels);
+      this.centroids.push(this.centroidOf(state));
+      const heading = this.headingOf(state);
       const before = frame ? this.headings[frame - 1] : heading;
       this.headings[frame] = heading - 2 * Math.PI * Math.round((heading - before) / (2 * Math.PI));
     }
@@ -95,13 +86,6 @@ class Run {
     const at = this.interval > 0 ? Math.min(Math.max((time - this.start) / this.interval, 0), this.frames - 1) : 0;
     const frame = Math.min(Math.floor(at), Math.max(this.frames - 2, 0));
     return { frame, share: at - frame };
-  }
-
-  /** Part `index` (modules, then segments) of a sampled state, into a position and a quaternion of three.js. */
-  pose(state, index, position, quaternion) {
-    const at = POSE * index;
-    position.set(state[at], state[at + 1], state[at + 2]);
-    quaternion.set(state[at + 4], state[at + 5], state[at + 6], state[at + 3]).normalize();
   }
 
   /** Whether the ground carries a foot at the frame nearest to a time. */

@@ -22,6 +22,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
+    this.sharpness = 2;
     this.scene = new Scene();
     this.scene.fog = new Fog(0, 1, 2);
     this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 5, 20000);
@@ -64,7 +65,7 @@ export class Stage {
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, this.sharpness));
     this.renderer.setSize(width, height, false);
     const before = this.#distance();
     this.camera.aspect = width / height;
@@ -106,6 +107,13 @@ export class Stage {
     this.focus.copy(now);
     this.sun.target.position.copy(now);
     this.sun.position.copy(now).add(new Vector3(-0.9, -1.3, 3).multiplyScalar(this.length));
+  }
+
+  /** For a computer that draws slowly: coarser, and without shadows. */
+  lighten() {
+    this.sharpness = 0.7;
+    this.renderer.shadowMap.enabled = this.sun.castShadow = false;
+    this.#resize();
   }
 
   render() {

@@ -75,7 +75,8 @@ fn same_side(a: &Pose, b: &Pose) -> bool {
     a.orientation.iter().zip(&b.orientation).map(|(a, b)| a * b).sum::<f64>() >= 0.0
 }
 
-fn row(snapshot: &Snapshot, signs: &[f64]) -> Vec<f64> {
+/// The numbers of a frame; `signs` of the orientations.
+pub(super) fn row(snapshot: &Snapshot, signs: &[f64]) -> Vec<f64> {
     let mut row = Vec::new();
     for (pose, sign) in snapshot.modules.iter().chain(&snapshot.segments).zip(signs) {
         row.extend(pose.position);

@@ -1,10 +1,12 @@
-//! The robot walking, in 3D: one self-contained HTML page from a [`Track`].
+//! The robot walking, in 3D: one self-contained HTML page from a [`Track`], and the page of a robot that runs ([`live_page`]),
+//! which is told how it moves.
 //!
-//! The page's own source is `host/plot/assets/view/`, three.js is `host/plot/assets/three/`. Everything is in the page: a policy in
+//! The pages' own source is `host/plot/assets/view/` and `host/plot/assets/live/`, three.js is `host/plot/assets/three/`. Everything is in the page: a policy in
 //! its head forbids it to load anything. Scripts stand in an import map, since a page opened from a file may not import
 //! its neighbours.
 
 mod frames;
+mod live;
 mod scene;
 #[cfg(test)]
 mod synthetic;
@@ -18,13 +20,18 @@ use serde_json::{Map, Value};
 
 use crate::report::svg::escape;
 
+pub use live::{Setup, channels, live_page};
+
 const TEMPLATE: &str = include_str!("../../assets/view/page.html");
 const STYLE: &str = include_str!("../../assets/view/style.css");
 const THREE_LICENCE: &str = include_str!("../../assets/three/LICENSE");
 /// What the scripts import each other by.
-const SCRIPTS: [(&str, &str); 12] = [
+const SCRIPTS: [(&str, &str); 15] = [
     ("three", include_str!("../../assets/three/three.min.js")),
     ("view/main", include_str!("../../assets/view/main.js")),
+    ("view/body", include_str!("../../assets/view/body.js")),
+    ("view/feet", include_str!("../../assets/view/feet.js")),
+    ("view/words", include_str!("../../assets/view/words.js")),
     ("view/run", include_str!("../../assets/view/run.js")),
     ("view/stage", include_str!("../../assets/view/stage.js")),
     ("view/theme", include_str!("../../assets/view/theme.js")),
@@ -48,7 +55,7 @@ pub fn page(track: &Track, title: &str) -> String {
         "title" => title_text.clone(),
         "style" => STYLE.to_owned(),
         "three_licence" => THREE_LICENCE.to_owned(),
-        "import_map" => import_map(),
+        "import_map" => import_map(SCRIPTS.iter()),
         "run" => in_script(&scene::run(track, title)),
         _ => unreachable!("the template names `{name}`"),
     })
@@ -71,9 +78,9 @@ fn in_script(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }
 
-fn import_map() -> String {
+fn import_map<'a>(scripts: impl Iterator<Item = &'a (&'a str, &'a str)>) -> String {
     let imports: Map<String, Value> =
-        SCRIPTS.iter().map(|(name, source)| ((*name).to_owned(), Value::String(data_url(source)))).collect();
+        scripts.map(|(name, source)| ((*name).to_owned(), Value::String(data_url(source)))).collect();
     in_script(&serde_json::json!({ "imports": imports }))
 }
 

@@ -21,7 +21,8 @@ pub fn run(track: &Track, title: &str) -> Value {
     })
 }
 
-fn plan(plan: &Plan) -> Value {
+/// The body, as `host/plot/assets/view/body.js` reads it.
+pub(super) fn plan(plan: &Plan) -> Value {
     let modules: Vec<_> = plan
         .modules
         .iter()

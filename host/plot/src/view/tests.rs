@@ -189,3 +189,32 @@ fn speeds_are_those_of_the_second_half_and_a_clamped_robot_has_none() {
     let clamped = Plan { clamped: Some(3), ..plan };
     assert_eq!(embedded(&page(&synthetic::track(&clamped, 0.1, INTERVAL_S), "bench"))["speeds"], Value::Null);
 }
+
+#[test]
+fn the_live_page_reaches_only_where_it_came_from() {
+    let (plan, title) = (plan(), "a</script><b>\"robot\"");
+    let rest = synthetic::track(&plan, 0.0, INTERVAL_S).snapshots.remove(0);
+    let setup = Setup { title, body: Some((&plan, &rest)), moves: true, drive: false, frequency_limit_hz: 12.0 };
+    let page = live_page(&setup);
+    assert!(page.contains("default-src 'none'") && page.contains("connect-src 'self'"));
+    assert!(page.contains("<title>a&lt;/script&gt;&lt;b&gt;") && !page.contains("<b>"));
+    let known: Value =
+        serde_json::from_str(between(&page, "<script type=\"application/json\" id=\"setup\">", "</script>")).unwrap();
+    assert_eq!((known["drive"].as_bool(), known["moves"].as_bool()), (Some(false), Some(true)));
+    assert_eq!(numbers(&known["rest"]), channels(&rest));
+    assert_eq!(known["plan"]["modules"].as_array().unwrap().len(), plan.modules.len());
+    let none = live_page(&Setup { body: None, ..setup });
+    assert!(none.contains("\"plan\":null") && none.contains("\"rest\":null"));
+    for (name, source) in live::LIVE_SCRIPTS {
+        for reaches in ["http:", "https:", "fetch(", "XMLHttpRequest", "import("] {
+            assert!(!source.contains(reaches), "{name}: {reaches}");
+        }
+        assert_eq!(source.contains("new WebSocket("), name == "live/line", "{name}");
+        assert!(!source.contains("innerHTML") || !source.contains("message."), "{name}: what is told is text");
+        for import in source.lines().filter_map(|line| line.split_once(" from \"")) {
+            let wanted = import.1.trim_end_matches("\";");
+            let mut all = SCRIPTS.iter().chain(&live::LIVE_SCRIPTS);
+            assert!(all.any(|(name, _)| *name == wanted), "{name} imports {wanted}");
+        }
+    }
+}

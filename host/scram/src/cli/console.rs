@@ -15,15 +15,15 @@ use scram::console::runner::{self, End, Output};
 use scram::console::screen::{self, ScreenOptions};
 use scram::console::{Engine, HELP};
 use testbed::realtime::{Options, Simulation};
-use testbed::setup;
 
 use super::pair::KeysFile;
+use super::simulated::simulate;
 use super::{Common, Failure, load_robot, print, print_json, push, say};
 
 /// A dongle that was just restarted by opening its port needs a second to boot.
-const DONGLE_PATIENCE: Duration = Duration::from_secs(4);
+pub(super) const DONGLE_PATIENCE: Duration = Duration::from_secs(4);
 /// A robot that is switched on answers within a second.
-const ROBOT_PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const ROBOT_PATIENCE: Duration = Duration::from_secs(5);
 /// What a robot does shows in its telemetry within this time.
 const SHOWS: Duration = Duration::from_millis(60);
 /// For a list of robots: those that are there have answered by then.
@@ -116,28 +116,13 @@ impl Console {
     /// The port, and the keys of the robots behind it.
     fn connect(&self, robot: &Robot) -> Result<(Option<Simulation>, Keys, String), Failure> {
         if self.sim {
-            let (simulation, keys) = self.simulate(robot)?;
+            let options = Options { seed: self.common.seed, ..Options::default() };
+            let (simulation, keys) = simulate(robot, &self.common.robot, usize::from(self.robots), options)?;
             let port = simulation.port().display().to_string();
             return Ok((Some(simulation), keys, port));
         }
         let Some(port) = &self.port else { return Err(Failure::Usage(list_of_ports())) };
         Ok((None, self.keys.load()?, port.clone()))
-    }
-
-    fn simulate(&self, robot: &Robot) -> Result<(Simulation, Keys), Report> {
-        let mut keys = Keys::generate()?;
-        let (mut names, mut pairings) = (Vec::new(), Vec::new());
-        for index in 0..usize::from(self.robots) {
-            let name = if index == 0 { robot.name.clone() } else { format!("{}-{}", robot.name, index + 1) };
-            let known = keys.pair(&name, setup::address(index), setup::DONGLE)?;
-            pairings.push(Some(known.pairing.clone()));
-            names.push(name);
-        }
-        let options = Options { robots: names.len(), seed: self.common.seed, pairings, ..Options::default() };
-        let simulation = Simulation::start(robot, options)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("{} cannot be simulated", self.common.robot.display()))?;
-        Ok((simulation, keys))
     }
 
     fn without_screen(&self, engine: &mut Engine<SerialLine>, robot: &Robot) -> Result<ExitCode, Failure> {
@@ -341,7 +326,7 @@ fn parts(text: &str) -> Vec<String> {
 
 /// Says where everything is recorded. If not all of it is, the console has not done what it was asked for; what went wrong
 /// with a robot goes before that.
-fn conclude(engine: &Engine<SerialLine>, ended: Result<ExitCode, Failure>) -> Result<ExitCode, Failure> {
+pub(super) fn conclude(engine: &Engine<SerialLine>, ended: Result<ExitCode, Failure>) -> Result<ExitCode, Failure> {
     let Some(recording) = &engine.model().recording else { return ended };
     say(&format!("recorded: {}", recording.path.display()));
     let Some(why) = &recording.failed else { return ended };

@@ -22,9 +22,11 @@ mod run_directory;
 mod runs;
 mod settings;
 mod sim;
+mod simulated;
 mod sweep;
 mod table;
 mod then_run;
+mod view;
 mod walk;
 
 use std::path::{Path, PathBuf};
@@ -63,6 +65,7 @@ enum Sub {
     NewRig(Box<new_rig::NewRig>),
     Completions(completions::Completions),
     Replay(replay::Replay),
+    View(view::View),
     Sweep(sweep::Sweep),
     #[command(subcommand)]
     Export(export::Export),
@@ -131,6 +134,11 @@ pub fn run() -> ExitCode {
         },
         Sub::Completions(command) => command.run(),
         Sub::Replay(command) => command.run(),
+        Sub::View(command) => match command.run() {
+            Ok(code) if code == ExitCode::SUCCESS => Ok(()),
+            Ok(code) => return code,
+            Err(failure) => Err(failure),
+        },
         Sub::Sweep(command) => command.run(),
         Sub::Export(command) => command.run(),
     };

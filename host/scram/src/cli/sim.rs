@@ -6,7 +6,7 @@ use clap::Args;
 use control::{Sensor, State};
 use miette::{Report, miette};
 use plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots, under_title};
-use recording::{Metadata, write_csv_run, write_mcap_run};
+use recording::{Metadata, write_csv_run, write_mcap_scene};
 use serde::Serialize;
 use simulation::{
     Break, ClampedMetrics, Comparison, Drive, DriveCommand, DriveError, ExpectedReaction, FaultReport, Metrics, Plan,
@@ -283,7 +283,8 @@ impl Run {
         };
         let drawn = plots(trace)?;
         let mut files = vec![out.join("run.mcap"), out.join("run.csv")];
-        write_mcap_run(&files[0], &recording, &extra, &log, &metadata)?;
+        let scene = simulation::scene(trace, walk);
+        write_mcap_scene(&files[0], &recording, &extra, &log, Some(&scene), &metadata)?;
         write_csv_run(&files[1], &recording, &extra, &log, &metadata)?;
         for (name, svg) in &drawn {
             let file = out.join(format!("{name}.svg"));

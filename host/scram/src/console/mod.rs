@@ -29,3 +29,16 @@ pub use command::HELP;
 pub fn check(line: &str) -> Result<(), String> {
     command::parse(line).map(drop)
 }
+
+/// [`check`] of a line that comes from elsewhere than this terminal: it may not read files here, nor end the console.
+///
+/// # Errors
+/// The first thing that is wrong, or not for there.
+pub fn check_remote(line: &str) -> Result<(), String> {
+    let refused = command::parse(line)?.into_iter().find_map(|command| match command {
+        command::ConsoleCommand::Script(_) => Some("`script` reads a file: start it where the console runs"),
+        command::ConsoleCommand::Quit => Some("`quit` ends the console: do that where it runs"),
+        _ => None,
+    });
+    refused.map_or(Ok(()), |why| Err(why.to_owned()))
+}

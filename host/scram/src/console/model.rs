@@ -124,6 +124,12 @@ impl Plot {
         self.0.iter().copied().skip_while(move |(t, _)| *t < t_s)
     }
 
+    /// Time of the latest point, s.
+    #[must_use]
+    pub fn last_time(&self) -> Option<f64> {
+        self.0.back().map(|(t_s, _)| *t_s)
+    }
+
     /// The latest value.
     #[must_use]
     pub fn last(&self) -> Option<f64> {

@@ -5,6 +5,7 @@
 #[path = "../../../link/tests/common/bench.rs"]
 pub mod bench;
 pub mod command;
+pub mod csv;
 pub mod pil;
 
 use std::path::{Path, PathBuf};

@@ -34,7 +34,7 @@ pub use console::Console;
 pub use history::History;
 pub use input::Screen;
 pub use prompt::Prompt;
-use signals::Signals;
+pub use signals::Signals;
 pub use theme::Theme;
 pub use view::draw;
 
