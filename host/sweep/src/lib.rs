@@ -53,5 +53,5 @@ pub use measure::Measures;
 pub use measured::{Measured, MeasuredError};
 pub use search::{Found, Search};
 pub use table::{Component, Condition, Conditions, Robustness, SENSITIVITY_FLOOR, Scatter, Stat, error_percent};
-pub use trial::{DriveKind, INTERVAL_S, RunSettings, TrialError};
+pub use trial::{DriveKind, INTERVAL_S, RunSettings, SIDE_BY_SIDE, TrialError};
 pub use variant::{Variant, VariantBuilder};
