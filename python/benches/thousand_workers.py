@@ -1,6 +1,6 @@
 """What the driver of a cluster bears: 1000 workers that only sleep, with rows of a sweep's size.
 
-    python python/benches/thousand_workers.py [--workers 1000] [--tasks 4000] [--seconds 2]
+    python python/benches/thousand_workers.py [--workers 1000] [--rows 240000] [--seconds 0.4]
 
 The workers are coroutines in a few processes of Ray, so that a small machine holds them; driver, tasks, results and journal are the real
 ones. Prints rows a second beside what the sleep alone would let through, and the driver's own processor time.
@@ -27,27 +27,28 @@ ray: Any = import_module("ray")
 
 #: Groups of a sweep have eight runs, the lanes of the kernel.
 RUNS_A_GROUP = 8
+#: Runs of a condition.
+REPEATS = 10_000
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--workers", type=int, default=1000)
-    parser.add_argument("--tasks", type=int, default=4000)
-    parser.add_argument("--seconds", type=float, default=2.0, help="length of a task")
-    parser.add_argument("--groups", type=int, default=5, help="groups of eight rows in a task")
+    parser.add_argument("--rows", type=int, default=240_000)
+    parser.add_argument("--seconds", type=float, default=0.4, help="of a group of eight rows")
     given = parser.parse_args()
     robot = Path(__file__).resolve().parents[2] / "robot.toml"
-    repeats = RUNS_A_GROUP * given.groups * given.tasks
+    conditions = max(1, given.rows // REPEATS)
 
     class Sleepers:
         async def make(self, groups: list[list[int]], row: tuple[list[str], list[str]]) -> tuple[Rows, float]:
-            await asyncio.sleep(given.seconds)
-            rows = [(run + 1, row[0], row[1]) for group in groups for run in group]
-            return rows, given.seconds
+            took = given.seconds * len(groups)
+            await asyncio.sleep(took)
+            return [(run + 1, row[0], row[1]) for group in groups for run in group], took
 
     with tempfile.TemporaryDirectory() as out:
-        axes = ["--axis", f"ground.friction=0.5:1.0:{max(1, repeats // 10_000)}", "--repeats", str(min(repeats, 10_000))]
-        driver = Sweep([*axes, "--seconds", "0.1", "--robot", str(robot), "--out", out])
+        options = ["--axis", f"ground.friction=0.5:1.0:{conditions}", "--repeats", str(REPEATS), "--seconds", "0.1"]
+        driver = Sweep([*options, "--robot", str(robot), "--out", out])
         groups = driver.open()
         (_, cells, path), *_ = driver.rows(groups[0][:1])
         ray.init(address="local", include_dashboard=False, log_to_driver=False)
@@ -66,9 +67,9 @@ def main() -> None:
         total = driver.done
         driver.finish()
         ray.shutdown()
-    ideal = given.workers * total / tasks / given.seconds
-    print(f"{given.workers} workers, {tasks} tasks of {given.seconds:g} s, {total} rows in {took:.1f} s")
-    print(f"{total / took:.0f} rows a second, of {ideal:.0f} that the sleep lets through without begin and end")
+    ideal = given.workers * RUNS_A_GROUP / given.seconds
+    print(f"{given.workers} workers, {total} rows in {tasks} tasks and {took:.1f} s")
+    print(f"{total / took:.0f} rows a second, {100 * total / took / ideal:.0f} % of what the sleep lets through without begin and end")
     print(f"driver: {1e3 * used / tasks:.2f} ms of its processor a task, {100 * used / took:.0f} % of a core")
 
 

@@ -3,6 +3,7 @@
 //! Everything that Python sees is re-exported by `scram/__init__.py` and typed in `scram/_scram.pyi`.
 
 mod batch;
+mod bodies;
 mod controller;
 mod diagnose;
 mod errors;
@@ -19,6 +20,8 @@ mod sweep;
 mod _scram {
     #[pymodule_export]
     use super::batch::simulate_batch;
+    #[pymodule_export]
+    use super::bodies::{Environments, environment_defaults};
     #[pymodule_export]
     use super::controller::{Actuation, Controller};
     #[pymodule_export]

@@ -58,5 +58,5 @@ pub use measured::{Measured, MeasuredError};
 pub use search::{Found, Search};
 pub use setting::SettingError;
 pub use table::{Component, Condition, Conditions, Robustness, SENSITIVITY_FLOOR, Scatter, Stat, error_percent};
-pub use trial::{DriveKind, INTERVAL_S, PATH_POINTS, RunSettings, StepError, TrialError};
+pub use trial::{DriveKind, INTERVAL_S, PATH_POINTS, RunSettings, SIDE_BY_SIDE, StepError, TrialError};
 pub use variant::{Variant, VariantBuilder};
