@@ -27,10 +27,10 @@ fn extent(plan: &Plan, body: &Ensemble) -> [[f64; 2]; 2] {
     for (pose, module) in body.snapshot(0).modules.iter().zip(&plan.modules) {
         let axes = hal_sim::body::coordinates::rotation(pose.orientation);
         for (a, b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-            for axis in 0..2 {
+            for (axis, extent) in extent.iter_mut().enumerate() {
                 let off = 0.5 * (a * module.size[0] * axes[axis][0] + b * module.size[1] * axes[axis][1]);
                 let at = pose.position[axis] + off;
-                extent[axis] = [extent[axis][0].min(at), extent[axis][1].max(at)];
+                *extent = [extent[0].min(at), extent[1].max(at)];
             }
         }
     }

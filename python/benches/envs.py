@@ -1,5 +1,6 @@
 """Steps per second of ``scram/Turn-v0`` beside the same environment on MuJoCo, in one run.
 
+    pip install -r tests/mujoco/requirements.txt
     python python/benches/envs.py [--seconds 2] [--repeats 5]
 
 What is measured: one environment (``gymnasium.make``), and ``make_vec`` with the number of environments that is best; MuJoCo in one
