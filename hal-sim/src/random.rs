@@ -70,6 +70,12 @@ pub enum Source {
     HeldReadings,
     /// The same of the second sensor.
     SecondHeldReadings,
+    /// The seeds of a learner's episodes, one after the other.
+    Episodes,
+    /// Where an episode's robot starts.
+    StartPose,
+    /// The passages of a maze.
+    Maze,
 }
 
 /// The seed of what belongs to a robot, and that of what belongs to a run of it.

@@ -170,6 +170,12 @@ impl Document {
         })
     }
 
+    /// The text of the file, as it would be saved into its own directory.
+    #[must_use]
+    pub fn text(&self) -> String {
+        self.document.to_string()
+    }
+
     /// Writes the file as a whole or not at all: a temporary file in the same directory, then a rename. Saved into
     /// another directory, a `base` is named by its full path.
     ///

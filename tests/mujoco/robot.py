@@ -50,6 +50,17 @@ class Setting:
     def with_step(self, step_s):
         return replace(self, step_s=step_s)
 
+    def put(self, model):
+        """Into a model."""
+        model.opt.timestep = self.step_s
+        model.opt.integrator = getattr(mujoco.mjtIntegrator, "mjINT_" + self.integrator.upper())
+        model.opt.cone = getattr(mujoco.mjtCone, "mjCONE_" + self.cone.upper())
+        model.opt.solver = getattr(mujoco.mjtSolver, "mjSOL_" + self.solver.upper())
+        model.opt.impratio = self.impratio
+        model.opt.jacobian = getattr(mujoco.mjtJacobian, "mjJAC_" + self.jacobian.upper())
+        model.opt.tolerance = self.tolerance
+        model.opt.iterations = self.iterations
+
 
 ELLIPTIC = Setting()
 PYRAMIDAL = Setting(cone="pyramidal", impratio=1.0)
@@ -59,14 +70,7 @@ def load(path, setting=None):
     """A model as it was written, or with another setting and without what it does not use."""
     model = mujoco.MjModel.from_xml_path(str(path))
     if setting is not None:
-        model.opt.timestep = setting.step_s
-        model.opt.integrator = getattr(mujoco.mjtIntegrator, "mjINT_" + setting.integrator.upper())
-        model.opt.cone = getattr(mujoco.mjtCone, "mjCONE_" + setting.cone.upper())
-        model.opt.solver = getattr(mujoco.mjtSolver, "mjSOL_" + setting.solver.upper())
-        model.opt.impratio = setting.impratio
-        model.opt.jacobian = getattr(mujoco.mjtJacobian, "mjJAC_" + setting.jacobian.upper())
-        model.opt.tolerance = setting.tolerance
-        model.opt.iterations = setting.iterations
+        setting.put(model)
         model.opt.disableflags |= UNUSED
     return model
 

@@ -82,6 +82,22 @@ impl Coordinates {
         }
     }
 
+    /// The same turned by `turn` (rad, counter-clockwise) about the world's vertical axis, then moved along the ground by
+    /// `displacement` (m).
+    #[must_use]
+    pub fn carried(&self, turn: f64, displacement: [f64; 2]) -> Self {
+        let rotation = about(2, turn);
+        let [dx, dy] = displacement;
+        let ((sin, cos), [w, x, y, z]) = ((0.5 * turn).sin_cos(), self.orientation);
+        Self {
+            position: sum(times(rotation, self.position), [dx, dy, 0.0]),
+            orientation: [cos * w - sin * z, cos * x - sin * y, cos * y + sin * x, cos * z + sin * w],
+            velocity: times(rotation, self.velocity),
+            angular_velocity: times(rotation, self.angular_velocity),
+            ..self.clone()
+        }
+    }
+
     /// Where everything is.
     #[must_use]
     pub fn parts(&self, plan: &Plan, skeleton: &Skeleton) -> Parts {

@@ -65,7 +65,7 @@ impl Ensemble {
     /// There is no plan, one is no body, they differ in shape, or the step is too long for a spring of one of them.
     pub fn new(plans: &[Plan], settings: Settings) -> Result<Self, PlanError> {
         plans.iter().try_for_each(Plan::check)?;
-        same_shape(plans)?;
+        same_shape(plans.iter())?;
         plans.iter().try_for_each(|plan| stability::check(plan, settings.step_s))?;
         let (groups, together) = groups(plans, settings);
         Ok(Self { plans: plans.to_vec(), groups, together, step_s: settings.step_s, started: false })
@@ -145,6 +145,27 @@ impl Ensemble {
         self.groups[i / self.together].put(i % self.together, coordinates);
     }
 
+    /// Sets another body in the place of body `i`, at rest in its nominal pose, the eccentric at angle 0. What the others do does
+    /// not change in a bit.
+    ///
+    /// # Errors
+    /// The plan is no body, differs from the others in shape or in whether there is contact, or the step is too long for one of its springs.
+    pub fn replace(&mut self, i: usize, plan: Plan) -> Result<(), PlanError> {
+        plan.check()?;
+        same_shape([&self.plans[0], &plan])?;
+        if plan.contact.is_some() != self.plans[i].contact.is_some() {
+            let what = "a body that takes another's place needs contact where that had it".into();
+            return Err(PlanError::Field { field: "feet", what });
+        }
+        stability::check(&plan, self.step_s)?;
+        self.plans[i] = plan;
+        let group = i / self.together;
+        let first = group * self.together;
+        let last = self.plans.len().min(first + self.together);
+        self.groups[group].replace(i - first, &self.plans[first..last]);
+        Ok(())
+    }
+
     /// Energies and momenta of body `i`.
     #[must_use]
     pub fn balance(&self, i: usize) -> Balance {
@@ -213,9 +234,10 @@ fn grouped<K: Kind, S: Simd>(simd: S, plans: &[Plan], step: f64) -> (Vec<Box<dyn
     (plans.chunks(K::BODIES).map(group).collect(), K::BODIES)
 }
 
-fn same_shape(plans: &[Plan]) -> Result<(), PlanError> {
+fn same_shape<'a>(plans: impl IntoIterator<Item = &'a Plan>) -> Result<(), PlanError> {
     let wrong = |field, what: &str| Err(PlanError::Field { field, what: what.into() });
-    let Some(first) = plans.first() else { return wrong("body", "there is no body to advance") };
+    let mut plans = plans.into_iter();
+    let Some(first) = plans.next() else { return wrong("body", "there is no body to advance") };
     for plan in plans {
         let segments = |plan: &Plan| plan.backbones.iter().map(|b| b.segments).collect::<Vec<_>>();
         if segments(plan) != segments(first) {

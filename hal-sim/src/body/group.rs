@@ -23,6 +23,8 @@ pub(super) trait Group: Debug + Send + Sync {
     fn coordinates(&self, body: usize) -> Coordinates;
     /// Puts a body somewhere.
     fn put(&mut self, body: usize, coordinates: &Coordinates);
+    /// Sets another body in the place of one, at rest in its nominal pose; `plans` are all bodies', the new one's in its place.
+    fn replace(&mut self, body: usize, plans: &[Plan]);
     /// A body's eccentric.
     fn rotor(&self, body: usize) -> RotorState;
     /// Forces on a body's feet, module by module, left and right, N.
@@ -171,6 +173,16 @@ impl<K: Kind, S: Simd> Group for Lanewise<K, S> {
 
     fn put(&mut self, body: usize, coordinates: &Coordinates) {
         self.state.put(body, &self.skeletons[body], coordinates);
+    }
+
+    fn replace(&mut self, body: usize, plans: &[Plan]) {
+        // Constants stand in rows over all lanes: they are made anew, for the others as they were.
+        let fresh = Self::new(self.simd, plans, self.model.step);
+        // Lanes that are left over repeat the last body.
+        let lanes = 2 * body..if body + 1 == plans.len() { K::Store::WIDTH } else { 2 * body + 2 };
+        let mut state = self.state.clone();
+        state.take_lanes(&fresh.state, lanes);
+        *self = Self { state, ..fresh };
     }
 
     fn rotor(&self, body: usize) -> RotorState {

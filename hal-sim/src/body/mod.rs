@@ -17,6 +17,7 @@ mod stability;
 mod step;
 pub mod track;
 pub mod walking;
+mod walls;
 
 pub use drive::Drive;
 pub use ensemble::{Ensemble, Precision, Settings};
@@ -25,3 +26,4 @@ pub use plan::Plan;
 pub use snapshot::{Pose, Snapshot};
 pub use track::{Speeds, Track};
 pub use walking::{Walker, WalkingRobots};
+pub use walls::Wall;

@@ -1,9 +1,12 @@
 //! Skeletons in lanes: the constants that a step reads, and the state that it advances.
 
+use std::ops::Range;
+
 use super::coordinates::Coordinates;
 use super::lanes::{Kind, Store};
 use super::plan::{Contact, Plan};
 use super::skeleton::{Link, Matrix, Skeleton, Vector, product, to_frame, transposed};
+use super::walls::Surroundings;
 
 /// A vector of three in lanes.
 pub type Vec3s<T> = [T; 3];
@@ -25,6 +28,8 @@ pub struct Model<K: Kind> {
     pub contact: ContactRow<K::Store>,
     /// A law of friction beyond Coulomb's, or a ground that is not even, body by body; none where all are plain.
     pub special: Option<Vec<Option<Contact>>>,
+    /// Walls; none where no body has any.
+    pub(super) surroundings: Option<Surroundings>,
     /// The eccentric.
     pub rotor: RotorRow<K::Store>,
     /// Where the eccentric stands: at the depth of module 0, or on the base.
@@ -210,8 +215,20 @@ impl<K: Kind> Model<K> {
                 links.len() - 1
             }));
         }
+        let mut surroundings = Surroundings::new(&plan, K::BODIES);
+        if let Some(surroundings) = &mut surroundings {
+            if base.feet.is_some() {
+                let at = |lane: usize| Some((base_links[lane / 2], plan(lane / 2))).filter(|_| lane % 2 == 0);
+                surroundings.add(K::Store::WIDTH, step, &at);
+            }
+            for (depth, _) in arm.iter().enumerate().filter(|(_, index)| links[**index].feet.is_some()) {
+                let link = |lane: usize| skeletons[lane / 2].arms[lane % 2].get(depth);
+                surroundings.add(K::Store::WIDTH, step, &|lane| Some((link(lane)?, plan(lane / 2))));
+            }
+        }
         let front = skeletons[0].arms[0].len();
         Self {
+            surroundings,
             links,
             arm,
             base,
@@ -268,6 +285,33 @@ impl<K: Kind> State<K> {
             }
         }
         self.rotors[body] = RotorState { angle: from.rotor_angle, speed: from.rotor_speed, ..RotorState::default() };
+    }
+
+    /// Takes everything that stands in these lanes, two a body, from another state of the same shape.
+    pub fn take_lanes(&mut self, from: &Self, lanes: Range<usize>) {
+        let take = |to: &mut [K::Store], from: &[K::Store]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                lanes.clone().for_each(|lane| to.set(lane, from.get(lane)));
+            }
+        };
+        take(&mut self.position, &from.position);
+        take(&mut self.orientation, &from.orientation);
+        take(&mut self.velocity, &from.velocity);
+        take(&mut self.angular_velocity, &from.angular_velocity);
+        self.acceleration.iter_mut().zip(&from.acceleration).for_each(|(to, from)| take(to, from));
+        for (to, from) in self.hinges.iter_mut().zip(&from.hinges) {
+            take(&mut to.angle, &from.angle);
+            take(&mut to.rate, &from.rate);
+            take(&mut to.acceleration, &from.acceleration);
+        }
+        for (to, from) in self.feet.iter_mut().flatten().zip(from.feet.iter().flatten()) {
+            take(&mut to.shear, &from.shear);
+            take(&mut to.velocity, &from.velocity);
+            take(&mut to.acceleration, &from.acceleration);
+            take(&mut to.force, &from.force);
+        }
+        let bodies = lanes.start / 2..lanes.end / 2;
+        self.rotors[bodies.clone()].copy_from_slice(&from.rotors[bodies]);
     }
 
     /// A body's coordinates.

@@ -10,6 +10,7 @@ use robot_file::Robot;
 use robot_file::robot::{Backbone as BackboneFile, Feet as FeetFile, FootNumbers, ModuleKind, ModuleNumbers};
 
 use super::skeleton::box_inertia;
+use super::walls::Wall;
 
 /// A body. All fields are public: a test or an experiment may build what no robot file says.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +27,8 @@ pub struct Plan {
     pub clamped: Option<usize>,
     /// Gravity in the world's frame, m/s². On a slope the world's z is the slope's normal.
     pub gravity: [f64; 3],
+    /// What stands around it; only a body with contact meets it. No robot file says any.
+    pub walls: Vec<Wall>,
 }
 
 /// A box with a foot on either side.
@@ -170,7 +173,8 @@ impl Plan {
                 }),
             }
         });
-        Ok(Self { modules, backbones, eccentric, contact: contact(robot), clamped, gravity: gravity(robot) })
+        let (contact, gravity) = (contact(robot), gravity(robot));
+        Ok(Self { modules, backbones, eccentric, contact, clamped, gravity, walls: vec![] })
     }
 
     /// Whether it is a body at all: what a robot file's checks ask, of a plan made by hand.
@@ -226,6 +230,10 @@ impl Plan {
         }
         if self.eccentric.is_some_and(|e| !positive(e.mass) || !positive(e.inertia[0]) || !positive(e.inertia[1])) {
             return wrong("eccentric", "its mass and inertia must be positive".into());
+        }
+        let stands = |wall: &Wall| wall.from.iter().chain(&wall.to).all(|x| x.is_finite()) && wall.from != wall.to;
+        if !self.walls.iter().all(stands) {
+            return wrong("walls", "a wall needs two different ends".into());
         }
         Ok(())
     }

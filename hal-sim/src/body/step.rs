@@ -26,12 +26,15 @@ use super::contact::{Motion, Touch, touch};
 use super::lanes::{Kind, Lanes, Store, cos_sin};
 use super::model::{FootState, HingeState, LinkRow, Model, State};
 use super::rotor::{Joined, RotorStep};
+use super::walls::{MovingLink, Push};
 
 /// What the passes hand on, depth by depth.
 #[derive(Clone, Debug)]
 pub struct Scratch<K: Kind> {
     links: Vec<JointWorkspace<K::Store>>,
     touches: Vec<[Touch<K::Store>; 2]>,
+    /// By walls, of each of `Model::feet`; empty without walls.
+    pushes: Vec<Push<K::Store>>,
 }
 
 /// See [`Scratch`].
@@ -83,7 +86,12 @@ impl<K: Kind> Scratch<K> {
             acceleration: [zero; 3],
             force: [zero; 3],
         };
-        Self { links: vec![workspace; model.arm.len()], touches: vec![[touch; 2]; model.feet.len()] }
+        let pushes = model.surroundings.as_ref().map_or(0, |_| model.feet.len());
+        Self {
+            links: vec![workspace; model.arm.len()],
+            touches: vec![[touch; 2]; model.feet.len()],
+            pushes: vec![[[zero; 3]; 2]; pushes],
+        }
     }
 }
 
@@ -269,6 +277,7 @@ fn outwards<K: Kind, S: Simd>(
     stand::<K, S>(simd, model, &model.base, &base, state, scratch, half_step);
     if let Some(set) = model.base.feet {
         add_touches(simd, &scratch.touches[set], &mut bias_force);
+        add_push(simd, scratch.pushes.get(set), &mut bias_force);
     }
     let mut inner = base;
     for (depth, index) in model.arm.iter().enumerate() {
@@ -466,6 +475,28 @@ fn stand<K: Kind, S: Simd>(
             (&mut state.feet[set][side], &mut scratch.touches[set][side]),
         );
     }
+    if let Some(surroundings) = &model.surroundings {
+        let axes = motion.axes.store();
+        let [position, velocity] = [motion.position.store(), motion.velocity.store()];
+        let angular_velocity = motion.angular_velocity.store();
+        scratch.pushes[set] = surroundings.push(set, &|lane| {
+            let of = |v: &[K::Store; 3]| [v[0].get(lane), v[1].get(lane), v[2].get(lane)];
+            MovingLink {
+                axes: [of(&axes[0]), of(&axes[1]), of(&axes[2])],
+                position: of(&position),
+                velocity: of(&velocity),
+                angular_velocity: of(&angular_velocity),
+            }
+        });
+    }
+}
+
+/// What walls do to a link, if there are any.
+#[inline(always)]
+fn add_push<L: Lanes>(token: L::Token, push: Option<&Push<L::Store>>, to: &mut Articulated<L>) {
+    let Some([torque, force]) = push else { return };
+    to.torque = to.torque - Vec3::load(token, torque);
+    to.force = to.force - Vec3::load(token, force);
 }
 
 #[inline(always)]
@@ -512,6 +543,7 @@ fn inwards<K: Kind, S: Simd>(
         outer.force = outer.force + Vec3::load(simd, &workspace.bias_force[1]);
         if let Some(set) = link.feet {
             add_touches(simd, &scratch.touches[set], &mut outer);
+            add_push(simd, scratch.pushes.get(set), &mut outer);
         }
         if model.rotor_depth == Some(depth) {
             outer = outer.plus(joined.on_link);

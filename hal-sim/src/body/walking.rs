@@ -67,6 +67,23 @@ pub struct WalkingRobots {
     periods: Vec<Period>,
 }
 
+/// Robots that are advanced side by side have one control period and one step.
+fn same_timing<'a>(robots: impl IntoIterator<Item = &'a SimulatedRobot>) -> Result<(), PlanError> {
+    let mut timings = robots.into_iter().map(|robot| (robot.tick_s(), robot.steps_per_tick()));
+    let Some(first) = timings.next() else { return Ok(()) };
+    let Some(other) = timings.find(|other| *other != first) else { return Ok(()) };
+    let step = |(tick_s, steps): (f64, usize)| tick_s / steps as f64;
+    let what = format!(
+        "robots that are advanced side by side need one control period and one step, not {} s in steps of {} s and {} s in \
+         steps of {} s",
+        first.0,
+        step(first),
+        other.0,
+        step(other)
+    );
+    Err(PlanError::Field { field: "controller.tick_s", what })
+}
+
 impl WalkingRobots {
     /// Sets robots on the ground, at rest in their nominal poses, the eccentrics where the shafts start.
     ///
@@ -79,15 +96,7 @@ impl WalkingRobots {
             return Err(PlanError::Field { field: "body", what });
         };
         let (tick_s, steps) = (first.robot.tick_s(), first.robot.steps_per_tick());
-        if let Some(other) = walkers.iter().find(|w| w.robot.tick_s() != tick_s || w.robot.steps_per_tick() != steps) {
-            let (ours, theirs) = (tick_s / steps as f64, other.robot.tick_s() / other.robot.steps_per_tick() as f64);
-            let what = format!(
-                "robots that are advanced side by side need one control period and one step, not {tick_s} s in steps of \
-                 {ours} s and {} s in steps of {theirs} s",
-                other.robot.tick_s()
-            );
-            return Err(PlanError::Field { field: "controller.tick_s", what });
-        }
+        same_timing(walkers.iter().map(|walker| &walker.robot))?;
         let plans: Vec<Plan> = walkers.iter().map(|walker| walker.plan.clone()).collect();
         // The bodies' step is the shafts': it divides the control period.
         let mut bodies = Ensemble::new(&plans, ensemble::Settings { step_s: tick_s / steps as f64, precision })?;
@@ -172,6 +181,28 @@ impl WalkingRobots {
     #[must_use]
     pub fn snapshot(&self, i: usize) -> Snapshot {
         self.bodies.snapshot(i)
+    }
+
+    /// Puts the body of robot `i` somewhere else on the ground: turned by `turn` (rad, counter-clockwise) about the world's origin, then
+    /// moved by `displacement` (m).
+    pub fn carry(&mut self, i: usize, turn: f64, displacement: [f64; 2]) {
+        let carried = self.bodies.coordinates(i).carried(turn, displacement);
+        self.bodies.put(i, &carried);
+    }
+
+    /// Sets another robot in the place of robot `i`, at rest in its nominal pose. What the others do does not change in a bit.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn replace(&mut self, i: usize, walker: Walker) -> Result<(), PlanError> {
+        same_timing([&self.robots[0], &walker.robot])?;
+        self.bodies.replace(i, walker.plan)?;
+        let mut coordinates = self.bodies.coordinates(i);
+        coordinates.rotor_angle = walker.robot.truth().angle;
+        self.bodies.put(i, &coordinates);
+        (self.robots[i], self.rotor_inertia[i]) = (walker.robot, walker.rotor_inertia);
+        self.load_torques[i] = [0.0; 2];
+        Ok(())
     }
 
     /// Torque that the shaft of robot `i` gives its eccentric for the body's motion, N·m, see [`Ensemble::load_torque`].

@@ -104,6 +104,11 @@ pub use verdict::{
     MisfitCurve, MissingTerm, RigDoubt, RolloutError, RolloutTrace, RunUse, TermKind, TermPoint, TraceSample, Verdict,
 };
 
+/// Samples that make a few rollouts; a run below this cannot be judged.
+pub const FEWEST_SAMPLES: usize = 20;
+/// Samples of a run that are worth their time: a minute at 1 kHz. Longer runs are read thinned by whole blocks.
+pub const MOST_SAMPLES: usize = 60_000;
+
 /// How to diagnose.
 #[derive(Clone)]
 pub struct Options {

@@ -26,6 +26,7 @@
 pub mod figures;
 mod oscillation;
 mod panel;
+pub mod picture;
 mod potentiometer;
 pub mod report;
 mod run;
@@ -37,6 +38,7 @@ mod walk;
 pub use figures::speeds_svg;
 pub use oscillation::oscillation_svg;
 pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
+pub use picture::picture;
 pub use potentiometer::residual_svg;
 pub use run::{PLOT_NAMES, plots};
 pub use timeline::{Mark, Span, Strip, Timeline};

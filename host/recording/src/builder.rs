@@ -70,7 +70,15 @@ pub(super) struct Layout {
     pub(super) names: Vec<String>,
 }
 
+/// How a note about columns that nobody reads begins.
+pub(super) const UNREAD: &str = "columns that are not read: ";
+
 impl Layout {
+    /// Whether a [`Recording`] has this column.
+    pub(super) fn is_standard(name: &str) -> bool {
+        COLUMNS.iter().any(|(known, _)| *known == name)
+    }
+
     /// Sorts the names of a header.
     pub(super) fn of(path: &Path, names: Vec<String>) -> Result<Self, RecordingError> {
         let columns: Vec<Option<Column>> =

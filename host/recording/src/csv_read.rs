@@ -4,7 +4,7 @@ use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::builder::{Builder, Layout, Values};
+use super::builder::{Builder, Layout, UNREAD, Values};
 use super::error::RowNumber;
 use super::{Loaded, Metadata, Place, ReadOptions, RecordingError, progress};
 
@@ -38,7 +38,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Loaded, Recordi
     let mut notes = Vec::new();
     let ignored = layout.ignored();
     if !ignored.is_empty() {
-        notes.push(format!("columns that are not read: {}", ignored.join(", ")));
+        notes.push(format!("{UNREAD}{}", ignored.join(", ")));
     }
     notes.extend(kept.notes());
     Ok(Loaded { recording, metadata, kept, notes })

@@ -140,7 +140,7 @@ fn event_of(entry: Entry) -> Option<RecordedEvent> {
 }
 
 /// An event of a kind that is not known, of a newer version, is a note.
-fn event(robot: &str, data: &[u8]) -> RecordedEvent {
+pub(super) fn event(robot: &str, data: &[u8]) -> RecordedEvent {
     let robot = (!robot.is_empty()).then(|| robot.to_owned());
     if let Ok(At { t_s, what }) = serde_json::from_slice::<At<SessionEvent>>(data) {
         return RecordedEvent { t_s, robot, event: what };
@@ -305,7 +305,7 @@ fn csv_row<'c>(cell: &impl Fn(&str) -> Option<&'c str>) -> FullRow {
     }
 }
 
-fn stated<'c>(cell: &impl Fn(&str) -> Option<&'c str>) -> Option<Stated> {
+pub(super) fn stated<'c>(cell: &impl Fn(&str) -> Option<&'c str>) -> Option<Stated> {
     /// Spelled as `Debug` and serde do.
     fn find<T: std::fmt::Debug>(all: impl IntoIterator<Item = T>, name: &str) -> Option<T> {
         all.into_iter().find(|one| format!("{one:?}") == name)

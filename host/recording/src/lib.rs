@@ -43,6 +43,7 @@ mod plausible;
 mod progress;
 mod rig;
 mod rows;
+mod run;
 mod run_log;
 mod scene;
 mod schema;
@@ -62,6 +63,8 @@ pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_scene, write_mcap_wi
 pub use metadata::Metadata;
 pub use progress::Progress;
 pub use rig::{mean_supply_v, require_same_rig, supply_problem};
+pub use rows::standard_names as column_names;
+pub use run::Run;
 pub use run_log::{LoggedCommand, RunLog};
 pub use scene::{Form, Scene, SceneFoot, SceneFrame, ScenePose, SceneState, Shape, WORLD};
 pub use stream::{RobotChannel, SessionRecorder};

@@ -5,7 +5,7 @@ use std::path::Path;
 use mcap::records::Record;
 use serde_json::{Map, Value};
 
-use super::builder::{Builder, Layout, Values};
+use super::builder::{Builder, Layout, UNREAD, Values};
 use super::error::RowNumber;
 use super::mcap_stream::{Choice, Contents, Ending, Kind, records};
 use super::mcap_write::SAMPLE_TOPIC;
@@ -97,7 +97,7 @@ impl State<'_> {
         let mut notes = Vec::new();
         let ignored = layout.ignored();
         if !ignored.is_empty() {
-            notes.push(format!("columns that are not read: {}", ignored.join(", ")));
+            notes.push(format!("{UNREAD}{}", ignored.join(", ")));
         }
         notes.extend(kept.notes());
         notes.extend(ending.note());

@@ -226,7 +226,7 @@ impl EventChannels {
         t_s: f64,
         command: &LoggedCommand,
     ) -> mcap::McapResult<()> {
-        let (text, command, repeat) = (command.text.clone(), Some(command.command), command.repeat);
+        let (text, command, repeat) = (command.text.clone(), command.command, command.repeat);
         let message = At { t_s, what: SessionEvent::Command { text, command, repeat } };
         writer.write_to_known_channel(header, json!(message).to_string().as_bytes())
     }

@@ -19,7 +19,8 @@ impl From<Option<f64>> for Cell {
 }
 
 /// The standard columns that a recording has, in the order in which they are written.
-pub(super) fn standard_names(recording: &Recording) -> Vec<&'static str> {
+#[must_use]
+pub fn standard_names(recording: &Recording) -> Vec<&'static str> {
     let mut names = vec!["t_s", "enable"];
     names.push(if matches!(recording.drive, Drive::Duty(_)) { "duty" } else { "voltage_v" });
     if !recording.supply_v.is_empty() {

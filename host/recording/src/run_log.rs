@@ -24,8 +24,8 @@ pub struct LoggedCommand {
     pub row: usize,
     /// As a person types it.
     pub text: String,
-    /// What the controller was told, with the time of that sample.
-    pub command: Command,
+    /// What the controller was told, with the time of that sample; `None` where a file has the text only.
+    pub command: Option<Command>,
     /// The command before, told again to keep it fresh.
     pub repeat: bool,
 }

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use control::{Command, State};
 use miette::Diagnostic;
 use recording::{
-    AngleReading, Drive, ExtraColumn, Metadata, ReadOptions, Recording, RecordingError, load, load_with, write_csv,
-    write_csv_with, write_mcap, write_mcap_with,
+    AngleReading, Drive, ExtraColumn, LoggedCommand, Metadata, ReadOptions, Recording, RecordingError, Run, RunLog,
+    Stated, load, load_with, write_csv, write_csv_with, write_mcap, write_mcap_with,
 };
 
 fn write(directory: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
@@ -99,6 +100,51 @@ fn metadata_and_extra_columns_travel_along() {
     }
     let loaded = load_with(&directory.path().join("run.csv"), &ReadOptions::default()).unwrap();
     assert_eq!(loaded.notes, ["columns that are not read: lamp_lux"]);
+}
+
+#[test]
+fn a_whole_run_is_read_back_and_written_the_same() {
+    let directory = tempfile::tempdir().unwrap();
+    let column = |name: &str, first: Option<f64>| ExtraColumn {
+        name: name.into(),
+        values: std::iter::once(first).chain((1..100).map(|k| Some(1.0 / f64::from(k)))).collect(),
+    };
+    let stated = |row: usize| Stated {
+        state: if row < 40 { State::Idle } else { State::Speed },
+        tracking: row > 10,
+        ..Stated::default()
+    };
+    let command = |row, text: &str, repeat| {
+        let omega = 7.0;
+        LoggedCommand { row, text: text.into(), command: Some(Command::Speed { omega }), repeat }
+    };
+    for name in ["run.csv", "run.mcap"] {
+        let (path, again) = (directory.path().join(name), directory.path().join(format!("again-{name}")));
+        let run = Run {
+            recording: Recording { path: path.clone(), ..awkward(100, true) },
+            extra: vec![column("estimate_angle_rad", None), column("lamp_lux", Some(0.5))],
+            log: RunLog {
+                numbers: vec![column("time_us", Some(0.0)), column("battery_adc", Some(2000.0))],
+                stated: (0..100).map(stated).collect(),
+                commands: vec![command(0, "freq 7", false), command(50, "freq 7", true)],
+            },
+            scene: None,
+            metadata: Metadata { robot: Some("scram-26".into()), seed: Some(3), ..Metadata::default() },
+            notes: Vec::new(),
+        };
+        run.write(&path).unwrap();
+        let mut read = Run::load(&path, &ReadOptions::default()).unwrap();
+        read.write(&again).unwrap();
+        assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap(), "{name}");
+        if name.ends_with("csv") {
+            // Of a command the file has the text only.
+            for (read, written) in read.log.commands.iter_mut().zip(&run.log.commands) {
+                assert_eq!(read.command.take(), None);
+                read.command = written.command;
+            }
+        }
+        assert_eq!(read, run, "{name}");
+    }
 }
 
 #[test]

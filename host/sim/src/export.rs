@@ -51,7 +51,7 @@ pub fn run_log(trace: &Trace, robot: &Robot) -> RunLog {
     let told = trace.told.iter().map(|told| LoggedCommand {
         row: told.tick,
         text: told.command.to_string(),
-        command: told.command.to_control(),
+        command: Some(told.command.to_control()),
         repeat: told.repeat,
     });
     RunLog { numbers, stated, commands: told.collect() }

@@ -29,6 +29,7 @@ mod faults;
 mod ground;
 mod metrics;
 mod scene;
+mod simulate;
 mod strokes;
 mod track_csv;
 mod tracking;
@@ -52,6 +53,7 @@ pub use faults::{Break, ExpectedReaction, FaultError, Scheduled};
 pub use ground::{OnGround, Walk};
 pub use metrics::{FaultReport, Metrics, metrics, metrics_of};
 pub use scene::{SCENE_RATE_HZ, scene};
+pub use simulate::{LONGEST_S, Place, Ran, USUAL_S, simulate};
 pub use strokes::{RUNAWAY_DEG, Strokes};
 pub use track_csv::track_csv;
 pub use tracking::{ComparedFigure, Comparison, compare, tracking_figures, tracking_gain};
@@ -154,6 +156,20 @@ pub enum SimError {
          carry: it is a tenth of controller.tick_s"
     ))]
     BlowUp(#[from] BlowUp),
+    /// The robot does not do what it is told first.
+    #[error("the robot refuses `{command}`: {why}")]
+    #[diagnostic(help(
+        "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`"
+    ))]
+    Refused {
+        /// The command, as it was typed.
+        command: String,
+        /// The controller's words.
+        why: String,
+    },
+    /// Whoever wanted the run wants it no more.
+    #[error("the run was stopped")]
+    Stopped,
 }
 
 /// Designs the controller of a robot file and runs it on the simulated robot, on a bench: the shaft without a body.
@@ -203,7 +219,11 @@ pub fn run_on_ground_designed_from(
     Ok((trace, ground.into_walk()?))
 }
 
-fn controller(robot: &Robot) -> Result<Controller, SimError> {
+/// Designs the controller of a robot file: the firmware's own, at rest.
+///
+/// # Errors
+/// The robot has none, or its design is refused.
+pub fn controller(robot: &Robot) -> Result<Controller, SimError> {
     let design = robot_file::design::design(robot).map_err(SimError::Design)?;
     Controller::new(&design.parameters).map_err(SimError::Parameters)
 }

@@ -100,7 +100,11 @@ impl Axis {
 }
 
 impl Factor {
-    fn parse(path: &str) -> Result<Self, String> {
+    /// Reads what stands before the `=` of an axis.
+    ///
+    /// # Errors
+    /// What is wrong, for a person.
+    pub fn parse(path: &str) -> Result<Self, String> {
         match path {
             "" => return Err("the path before `=` is empty".into()),
             "f" => return Ok(Self::Frequency),

@@ -1,6 +1,7 @@
 //! A sweep from its design to its table: every run once, over all cores, whatever happened before.
 
 mod about;
+mod ledger;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,10 +11,11 @@ use std::sync::mpsc;
 use control::Parameters;
 use hal_sim::random::Seeds;
 use rayon::prelude::*;
+use robot_file::Robot;
 
 use super::axis::{AxisError, Factor};
 use super::design::Design;
-use super::journal::{Journal, JournalError, Rows, claim};
+use super::journal::{JournalError, Rows};
 use super::measure::{COLUMNS, Measures};
 use super::trial::{
     DriveKind, Outcome, PATH_POINTS, RunSettings, SIDE_BY_SIDE, Trial, TrialError, check, shape, simulate,
@@ -62,6 +64,8 @@ pub enum SweepError {
     Threads(String),
 }
 
+pub use ledger::{Ledger, Row};
+
 /// A run as it stands in the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
@@ -91,8 +95,9 @@ pub struct Swept {
 }
 
 /// A sweep that can be run.
-pub struct Campaign<'a> {
-    builder: &'a VariantBuilder,
+pub struct Campaign {
+    /// As the file has it.
+    robot: Robot,
     design: Design,
     settings: RunSettings,
     /// Robots that differ, and which a point has.
@@ -100,12 +105,12 @@ pub struct Campaign<'a> {
     variant_of: Vec<usize>,
 }
 
-impl<'a> Campaign<'a> {
+impl Campaign {
     /// Makes the robots of a design.
     ///
     /// # Errors
     /// One cannot be made, or has no controller.
-    pub fn new(builder: &'a VariantBuilder, design: Design, settings: RunSettings) -> Result<Self, SweepError> {
+    pub fn new(builder: &VariantBuilder, design: Design, settings: RunSettings) -> Result<Self, SweepError> {
         let mut known: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
         let mut distinct: Vec<&Vec<f64>> = Vec::new();
         // What the shaft does is none of the robot's properties.
@@ -131,7 +136,7 @@ impl<'a> Campaign<'a> {
             Ok((variant, parameters))
         };
         let variants = distinct.par_iter().map(make).collect::<Result<Vec<_>, _>>()?;
-        let campaign = Self { builder, design, settings, variants, variant_of };
+        let campaign = Self { robot: builder.robot().clone(), design, settings, variants, variant_of };
         for point in 0..campaign.design.points.len() {
             // Before anything is run or written.
             check(&campaign.trial(point * campaign.design.seeds.len()))?;
@@ -169,20 +174,10 @@ impl<'a> Campaign<'a> {
         threads: Option<usize>,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Swept, SweepError> {
-        let (table_name, paths_name) = (format!("{}.csv", target.stem), format!("{}_paths.csv", target.stem));
-        claim(target.directory, target.stem, &self.about(), &[&table_name, &paths_name], target.fresh)?;
+        let mut ledger = self.open(target)?;
         let total = self.design.runs();
-        let (mut table, mut rows) = Journal::open(&target.directory.join(&table_name), &self.header(), total)?;
-        let mut paths = None;
-        if target.paths {
-            let (journal, there) =
-                Journal::open(&target.directory.join(&paths_name), &path_header(self.settings.seconds), total)?;
-            rows.retain(|number, _| there.contains_key(number));
-            paths = Some((journal, there));
-        }
-        let resumed = rows.len();
-        progress(resumed, total);
-        let groups = self.groups((0..total).filter(|run| !rows.contains_key(&(run + 1))));
+        progress(ledger.len(), total);
+        let groups = self.pending(&ledger);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads.unwrap_or(0))
             .build()
@@ -197,30 +192,21 @@ impl<'a> Campaign<'a> {
                     groups.par_iter().for_each_with(sender, |sender, group| {
                         if !stop.load(Ordering::Relaxed) {
                             // Nobody listens any more after an error.
-                            let _ = sender.send(campaign.group(group));
+                            let _ = sender.send(campaign.rows(group));
                         }
                     });
                 });
             });
-            for done in receiver {
-                let result = done
-                    .map_err(SweepError::from)
-                    .and_then(|outcomes| campaign.book(outcomes, &mut table, &mut rows, paths.as_mut()));
-                if let Err(error) = result {
+            for made in receiver {
+                if let Err(error) = made.map_err(SweepError::from).and_then(|rows| ledger.book(rows)) {
                     stop.store(true, Ordering::Relaxed);
                     return Err(error);
                 }
-                progress(rows.len(), total);
+                progress(ledger.len(), total);
             }
             Ok(())
         })?;
-        let paths = match paths {
-            Some((journal, there)) => Some((journal.finish(&there)?, there)),
-            None => None,
-        };
-        let file = table.finish(&rows)?;
-        let runs = (0..total).map(|run| self.read(run, &rows, paths.as_ref().map(|(_, rows)| rows))).collect();
-        Ok(Swept { design: self.design, runs, resumed, file, paths_file: paths.map(|(file, _)| file) })
+        self.finish(ledger)
     }
 
     fn group(&self, runs: &[usize]) -> Result<Vec<(usize, Outcome)>, TrialError> {
@@ -241,8 +227,20 @@ impl<'a> Campaign<'a> {
     /// # Errors
     /// A run cannot be made.
     pub fn outcomes(&self) -> Result<Vec<Run>, TrialError> {
-        let groups = self.groups(0..self.design.runs());
-        let found: Vec<_> = groups.par_iter().map(|group| self.group(group)).collect::<Result<_, _>>()?;
+        self.outcomes_until(&AtomicBool::new(false))
+    }
+
+    /// The same until `stop` is true: no group of runs begins then, and the runs are those that were made.
+    ///
+    /// # Errors
+    /// A run cannot be made.
+    pub fn outcomes_until(&self, stop: &AtomicBool) -> Result<Vec<Run>, TrialError> {
+        let groups = self.all();
+        let made = |group: &Vec<usize>| match stop.load(Ordering::Relaxed) {
+            true => Ok(Vec::new()),
+            false => self.group(group),
+        };
+        let found: Vec<_> = groups.par_iter().map(made).collect::<Result<_, _>>()?;
         let runs: BTreeMap<usize, Outcome> = found.into_iter().flatten().collect();
         let run = |(run, outcome): (usize, Outcome)| Run {
             point: self.design.point(run),
@@ -257,25 +255,6 @@ impl<'a> Campaign<'a> {
     #[must_use]
     pub fn design(&self) -> &Design {
         &self.design
-    }
-
-    /// The path before its row: a row without a path is made again, a path without a row is not looked at.
-    fn book(
-        &self,
-        outcomes: Vec<(usize, Outcome)>,
-        table: &mut Journal,
-        rows: &mut Rows,
-        paths: Option<&mut (Journal, Rows)>,
-    ) -> Result<(), SweepError> {
-        if let Some((journal, there)) = paths {
-            let new: Vec<_> = outcomes.iter().map(|(run, outcome)| (run + 1, path_cells(&outcome.path))).collect();
-            journal.append(&new)?;
-            there.extend(new);
-        }
-        let new: Vec<_> = outcomes.iter().map(|(run, outcome)| (run + 1, self.cells(*run, outcome))).collect();
-        table.append(&new)?;
-        rows.extend(new);
-        Ok(())
     }
 
     fn header(&self) -> Vec<String> {

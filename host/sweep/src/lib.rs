@@ -31,27 +31,32 @@
 //! * It does not sweep over machines: a campaign runs on one computer's cores, and a lock keeps a second one out.
 //! * It measures nothing: [`Measured`] reads what others have measured.
 
+mod arguments;
 mod axis;
 mod campaign;
 pub mod claims;
 mod design;
+mod draw;
 mod journal;
 mod lock;
 mod measure;
 mod measured;
 mod search;
+mod setting;
 mod table;
 mod trial;
 mod variant;
 
+pub use arguments::{ArgumentError, LONGEST_S, SweepArguments, Turns};
 pub use axis::{Axis, AxisError, Factor, significant};
-pub use campaign::{Campaign, Run, SweepError, Swept, Target};
+pub use campaign::{Campaign, Ledger, Row, Run, SweepError, Swept, Target};
 pub use design::{ALPHAS, Design, FREQUENCIES, MORE_FRICTION, MOST_RUNS, USUAL_F_HZ};
 pub use journal::JournalError;
 pub use lock::{Lock, LockError};
 pub use measure::Measures;
 pub use measured::{Measured, MeasuredError};
 pub use search::{Found, Search};
+pub use setting::SettingError;
 pub use table::{Component, Condition, Conditions, Robustness, SENSITIVITY_FLOOR, Scatter, Stat, error_percent};
-pub use trial::{DriveKind, INTERVAL_S, RunSettings, TrialError};
+pub use trial::{DriveKind, INTERVAL_S, PATH_POINTS, RunSettings, SIDE_BY_SIDE, StepError, TrialError};
 pub use variant::{Variant, VariantBuilder};

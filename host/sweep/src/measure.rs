@@ -60,6 +60,12 @@ columns! {
 }
 
 impl Measures {
+    /// Names with units, in the order of a table's columns.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        COLUMNS.iter().map(|column| column.name).collect()
+    }
+
     /// In the order of `COLUMNS`.
     #[must_use]
     pub fn values(&self) -> Vec<Option<f64>> {

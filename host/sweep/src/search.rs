@@ -17,7 +17,8 @@ use basin::{
 use hal_sim::body::Plan;
 use robot_file::edit::Document;
 use serde::Serialize;
-use set::{EvaluatedSet, Unknown};
+use set::EvaluatedSet;
+pub(super) use set::Unknown;
 use toml::{Table, Value};
 
 use super::axis::AxisError;
@@ -41,7 +42,7 @@ const UNKNOWN: [&str; 8] = [
     "effects.backbone_",
 ];
 /// What a builder chooses.
-const CHOSEN: [&str; 2] = ["backbone.alpha_deg", "backbone.roll_deg"];
+pub(super) const CHOSEN: [&str; 2] = ["backbone.alpha_deg", "backbone.roll_deg"];
 /// Standard deviation of the first generation, share of the spread.
 const FIRST: f64 = 0.2;
 

@@ -49,6 +49,35 @@ pub struct RunSettings {
     pub precision: Precision,
 }
 
+/// The step does not go into what is made of whole steps.
+#[derive(Debug, Clone, PartialEq, thiserror::Error, miette::Diagnostic)]
+#[error("{step_s} does not go into {periods}")]
+#[diagnostic(help("e.g. 1e-4, 2e-4, 5e-5"))]
+pub struct StepError {
+    step_s: f64,
+    periods: String,
+}
+
+impl RunSettings {
+    /// The step goes into the time between two pictures and, where a motor drives, into the control period.
+    ///
+    /// # Errors
+    /// It does not.
+    pub fn check_step(&self, robot: &robot_file::Robot) -> Result<(), StepError> {
+        let tick_s = robot.controller.as_ref().map_or(INTERVAL_S, |controller| controller.tick_s.value);
+        let goes = |time: f64| {
+            let count = time / self.step_s;
+            count >= 0.999 && (count - count.round()).abs() < 1e-6 * count
+        };
+        let motor = self.drive == DriveKind::Motor;
+        if self.step_s > 0.0 && goes(INTERVAL_S) && (!motor || goes(tick_s)) {
+            return Ok(());
+        }
+        let periods = if motor { format!("10 ms and the control period of {tick_s} s") } else { "10 ms".into() };
+        Err(StepError { step_s: self.step_s, periods })
+    }
+}
+
 /// Run of a sweep: variant, frequency, seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial<'a> {

@@ -11,9 +11,9 @@ use super::axis::{Axis, AxisError, Factor};
 /// Modules that a chain may have.
 const MOST_MODULES: f64 = 64.0;
 /// Inertia of what the shaft turns.
-const LOAD: &str = "load.inertia_kg_m2";
+pub(super) const LOAD: &str = "load.inertia_kg_m2";
 /// Quantities that must be whole numbers.
-const WHOLE: [&str; 1] = ["backbone.segments"];
+pub(super) const WHOLE: [&str; 1] = ["backbone.segments"];
 
 /// A robot as one condition has it.
 #[derive(Clone, Debug)]
@@ -60,6 +60,12 @@ impl VariantBuilder {
     #[must_use]
     pub fn robot(&self) -> &Robot {
         &self.robot
+    }
+
+    /// The robot file.
+    #[must_use]
+    pub fn document(&self) -> &Document {
+        &self.document
     }
 
     /// Every quantity by its dotted path.

@@ -1,7 +1,9 @@
 //! Hinges and starts of all runs at once.
 
 use nalgebra::{DMatrix, DVector};
-use robot_file::Robot;
+use robot_file::edit::Document;
+use robot_file::robot::Quantity;
+use robot_file::{Robot, RobotFileError};
 use serde::Serialize;
 
 use super::oscillation::Oscillation;
@@ -86,6 +88,32 @@ pub struct BackboneFit {
     /// All runs.
     #[serde(skip)]
     pub tracks: Vec<Track>,
+}
+
+impl BackboneFit {
+    /// Names of the runs that were fitted.
+    #[must_use]
+    pub fn fitted(&self) -> Vec<&str> {
+        self.tracks.iter().filter(|track| !track.held_out).map(|track| track.run.as_str()).collect()
+    }
+
+    /// Writes the numbers that the runs tell into a robot file.
+    ///
+    /// # Errors
+    /// The file does not take one.
+    pub fn write_into(&self, document: &mut Document) -> Result<(), RobotFileError> {
+        let source = format!("scram identify backbone, from {}; 90 % interval", self.fitted().join(", "));
+        let told = self.hinges.iter().filter(|hinge| hinge.told);
+        let found: Vec<(String, Quantity)> = told
+            .map(|hinge| {
+                let quantity =
+                    Quantity { value: hinge.value, low: hinge.low, high: hinge.high, source: source.clone() };
+                (format!("backbone.{}", hinge.field), quantity)
+            })
+            .collect();
+        let fields: Vec<(&str, Quantity)> = found.iter().map(|(path, value)| (path.as_str(), value.clone())).collect();
+        document.set_all(&fields)
+    }
 }
 
 /// Deviation of what is believed before of the logarithm of a number: a factor of three.

@@ -87,6 +87,7 @@ impl Rig {
                 Gravity::Hanging => [-g, 0.0, 0.0],
                 Gravity::None => [0.0; 3],
             },
+            walls: vec![],
         };
         Ok(Self { plan })
     }

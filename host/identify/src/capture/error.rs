@@ -29,6 +29,15 @@ pub enum CaptureError {
         /// What is wrong.
         problem: String,
     },
+    /// A body that is points only.
+    #[error("{}: `{body}` has no orientation", path.display())]
+    #[diagnostic(help("name a rigid body with --body; points alone have no orientation"))]
+    NoOrientation {
+        /// The file.
+        path: PathBuf,
+        /// Its name.
+        body: String,
+    },
     /// There is no body of this name.
     #[error("no body `{name}`: there are {names}")]
     NoBody {

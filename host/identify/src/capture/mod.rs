@@ -21,6 +21,8 @@ pub mod table;
 use std::path::Path;
 
 use cells::Cells;
+
+use crate::backbone::Oscillation;
 pub use error::CaptureError;
 
 /// A capture.
@@ -99,6 +101,26 @@ pub fn read(path: &Path, options: &Options) -> Result<Capture, CaptureError> {
         return Err(cells.wrong(0, "", "no rigid body in it: export rigid bodies, not markers".into()));
     }
     Ok(capture)
+}
+
+impl Oscillation {
+    /// How a body turns in a file after it is let go, against what holds the fast end where that moves, too. Bodies by their names; of a
+    /// file with one body it need not be named.
+    ///
+    /// # Errors
+    /// As [`read`]; there is no such body, or it has no orientation.
+    pub fn read(path: &Path, options: &Options, body: Option<&str>, base: Option<&str>) -> Result<Self, CaptureError> {
+        let capture = read(path, options)?;
+        let body = capture.body(body)?;
+        let base = base.map(|name| capture.body(Some(name))).transpose()?;
+        let name =
+            path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned());
+        let oscillation = body.oscillation(&name, base);
+        if oscillation.angles.iter().flatten().all(|angle| !angle.is_finite()) {
+            return Err(CaptureError::NoOrientation { path: path.to_owned(), body: body.name.clone() });
+        }
+        Ok(oscillation)
+    }
 }
 
 impl Capture {

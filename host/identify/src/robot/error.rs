@@ -22,6 +22,17 @@ pub enum RobotError {
         /// How many there must be.
         least: usize,
     },
+    /// A condition that is to be held out was not measured.
+    #[error("{f_hz},{alpha_deg}: there is no run of {f_hz} Hz and {alpha_deg}° in what was measured")]
+    NotMeasured {
+        /// Hz, positive clockwise.
+        f_hz: f64,
+        /// Degrees.
+        alpha_deg: f64,
+    },
+    /// Too much is held out.
+    #[error("leaves too few conditions to fit")]
+    TooFewLeft,
     /// Nothing can be simulated.
     #[error("the robot file's own numbers cannot be simulated: {0}")]
     #[diagnostic(help("scram sweep --drive ideal says what is wrong with which condition"))]

@@ -26,6 +26,24 @@ pub enum Held {
     None,
 }
 
+impl Held {
+    /// Conditions that were named (f in Hz, α in degrees), if they were measured and leave enough to fit; one in four where none is.
+    ///
+    /// # Errors
+    /// One was not measured, or too few are left.
+    pub fn named(named: &[(f64, f64)], measured: &Measured) -> Result<Self, RobotError> {
+        let there = measured.conditions();
+        if let Some(&(f_hz, alpha_deg)) = named.iter().find(|one| !there.contains(one)) {
+            return Err(RobotError::NotMeasured { f_hz, alpha_deg });
+        }
+        match named {
+            [] => Ok(Self::OneInFour),
+            some if some.len() + 3 >= there.len() => Err(RobotError::TooFewLeft),
+            some => Ok(Self::These(some.to_vec())),
+        }
+    }
+}
+
 /// Means and scatter of each condition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {

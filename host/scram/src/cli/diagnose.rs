@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use diagnose::{Detail, Diagnosis, FittedParameter, Options, Progress, Verdict, diagnose, extend};
+use diagnose::{Detail, Diagnosis, FittedParameter, MOST_SAMPLES, Options, Progress, Verdict, diagnose, extend};
 use effects::Id;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
@@ -21,7 +21,7 @@ use super::identify::capture::{CaptureArgs, CaptureShape, column};
 use super::measured::{MeasuredArgs, condition};
 use super::pair::KeysFile;
 use super::run_directory::DIAGNOSED;
-use super::runs::{MOST_SAMPLES, Runs};
+use super::runs::Runs;
 use super::sim::tracked;
 use super::then_run::Place;
 use super::{Common, Done, Failure, load_robot, print, print_json, say, table, write};

@@ -7,11 +7,11 @@ use control::Parameters;
 use hal_sim::{Settings, SimulatedRobot};
 use miette::Report;
 use scram::hil::{Client, HilError, Port, Qemu, Remote, Transport, build_program};
-use simulation::{OnGround, SimError, closed_loop_in};
+use simulation::{OnGround, Ran, SimError, closed_loop_in};
 
 use super::Done;
 use super::on_chip::OnChip;
-use super::sim::{Beside, Ran, Run, Task};
+use super::sim::{Beside, Run, Task};
 
 /// Run a chip's decisions on the simulated robot
 ///

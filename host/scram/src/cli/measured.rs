@@ -83,17 +83,7 @@ impl MeasuredArgs {
 
 /// Conditions that are held out: those that were named, if they were measured and leave enough to fit.
 pub fn held_out(named: &[(f64, f64)], measured: &Measured) -> Result<Held, Report> {
-    let there = measured.conditions();
-    match named.iter().find(|one| !there.contains(one)) {
-        Some((f, alpha)) => {
-            Err(miette!("--holdout {f},{alpha}: there is no run of {f} Hz and {alpha}° in what was measured"))
-        }
-        None if !named.is_empty() && named.len() + 3 >= there.len() => {
-            Err(miette!("--holdout leaves too few conditions to fit"))
-        }
-        None if named.is_empty() => Ok(Held::OneInFour),
-        None => Ok(Held::These(named.to_vec())),
-    }
+    Held::named(named, measured).map_err(|error| miette!("--holdout {error}"))
 }
 
 /// Where what was simulated is kept until a result is written: beside its directory.

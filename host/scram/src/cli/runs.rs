@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use diagnose::{FEWEST_SAMPLES, MOST_SAMPLES};
 use miette::{Report, miette};
 use recording::import::Mapping;
 use recording::{Loaded, ReadOptions, Recording, require_same_rig};
@@ -11,11 +12,6 @@ use scram::progress::bar;
 
 use super::import::{self, MappingArgs, WindowArgs};
 use super::{Common, Failure, say};
-
-/// Samples that make a few rollouts; a run below this cannot be judged.
-const FEWEST_SAMPLES: usize = 20;
-/// Samples of a run that are looked at; longer runs are thinned by whole blocks.
-pub const MOST_SAMPLES: usize = 60_000;
 
 /// Which recordings, and how they are read.
 #[derive(Args)]

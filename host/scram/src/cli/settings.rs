@@ -1,15 +1,12 @@
 //! `--set PATH=VALUE`: another value of a quantity of the robot file, for one command.
 
 use clap::Args;
-use miette::{Report, miette};
+use miette::{Diagnostic, Report, miette};
 use robot_file::Robot;
 use robot_file::edit::Document;
-use sweep::{AxisError, VariantBuilder};
+use sweep::{SettingError, VariantBuilder};
 
 use super::{Failure, load_robot};
-
-/// Names that are proposed for one that is unknown.
-const PROPOSED: usize = 3;
 
 /// Values that differ from the robot file's.
 #[derive(Args)]
@@ -44,67 +41,28 @@ impl Settings {
             return Ok(robot);
         }
         let document = Document::load(file).map_err(Report::from)?;
-        let workshop = VariantBuilder::of_any(document, robot);
-        for (index, (path, _)) in self.set.iter().enumerate() {
-            if workshop.quantity(path).is_none() {
-                return Err(Failure::Usage(unknown(path, &workshop)));
-            }
-            if self.set[..index].iter().any(|(other, _)| other == path) {
-                return Err(Failure::Usage(miette!("--set {path} is given twice")));
-            }
-        }
         let values: Vec<(&str, f64)> = self.set.iter().map(|(path, value)| (path.as_str(), *value)).collect();
-        let changed = workshop.edited(&values).map_err(|error| refused(&error))?;
+        let changed = VariantBuilder::of_any(document, robot).set(&values).map_err(refused)?;
         Ok(changed.robot().map_err(Report::from)?)
     }
 }
 
-fn refused(error: &AxisError) -> Report {
+/// With the option's name in front; a wrong name is wrong usage.
+fn refused(error: SettingError) -> Failure {
+    let named = |error: &SettingError| {
+        let help = error.help().map_or_else(String::new, |help| help.to_string());
+        miette!(help = help, "--set {error}")
+    };
     match error {
-        AxisError::Unreachable { axis, problem, help } => miette!(help = help.clone(), "--set {axis}: {problem}"),
-        other => miette!("--set: {other}"),
+        SettingError::File(error) => Failure::Failed(error.into()),
+        SettingError::Refused { .. } => Failure::Failed(named(&error)),
+        SettingError::Unknown { .. } | SettingError::Twice { .. } => Failure::Usage(named(&error)),
     }
-}
-
-/// Says which names are near.
-fn unknown(path: &str, workshop: &VariantBuilder) -> Report {
-    let mut near: Vec<(usize, &str)> =
-        workshop.quantities().iter().map(|(known, _)| (distance(path, known), known.as_str())).collect();
-    near.sort();
-    let near: Vec<&str> = near.into_iter().take(PROPOSED).map(|(_, known)| known).collect();
-    miette!(
-        help = format!("near are {}", near.join(", ")),
-        "--set {path}: `{}` has no such quantity",
-        workshop.robot().name
-    )
-}
-
-/// Letters to insert, remove or replace to make one word of the other.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, one) in a.chars().enumerate() {
-        let mut diagonal = i;
-        row[0] = i + 1;
-        for (j, other) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(one != *other);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn distances_are_those_of_levenshtein() {
-        for (a, b, expected) in [("", "", 0), ("kitten", "sitting", 3), ("abc", "", 3), ("flaw", "lawn", 2)] {
-            assert_eq!((distance(a, b), distance(b, a)), (expected, expected), "{a} {b}");
-        }
-    }
 
     #[test]
     fn an_assignment_is_a_path_and_a_finite_number() {

@@ -1,16 +1,16 @@
 //! `scram sim`
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use control::{Sensor, State};
-use miette::{Report, miette};
+use control::Sensor;
+use miette::Report;
 use plot::{PLOT_NAMES, WALK_PLOT_NAMES, plots, under_title};
-use recording::{Metadata, write_csv_run, write_mcap_scene};
 use serde::Serialize;
 use simulation::{
-    Break, ClampedMetrics, Comparison, Drive, DriveCommand, DriveError, ExpectedReaction, FaultReport, Metrics, Plan,
-    Scheduled, Trace, Walk, WalkMetrics,
+    Break, ClampedMetrics, Comparison, Drive, DriveCommand, DriveError, ExpectedReaction, FaultReport, LONGEST_S,
+    Metrics, Plan, Ran, Scheduled, Trace, USUAL_S, WalkMetrics,
 };
 
 use super::on_chip::OnChip;
@@ -18,11 +18,6 @@ use super::run_directory::{RUNS, warn_older};
 use super::settings::Settings;
 use super::walk::{self, Ground};
 use super::{Common, Done, Failure, load_robot, print, print_json, table, write};
-
-/// Longest run, s: everything of a run is held in memory.
-const LONGEST_S: f64 = 600.0;
-/// Length of a run when nothing is said, s: that of the thesis's experiments.
-const USUAL_S: f64 = 2.0;
 
 /// Run the firmware's decisions on the simulated robot
 ///
@@ -88,13 +83,6 @@ pub struct Task {
     pub walks: bool,
 }
 
-/// What ran.
-pub struct Ran {
-    pub trace: Trace,
-    /// None on the bench.
-    pub walk: Option<Walk>,
-}
-
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= LONGEST_S => Ok(value),
@@ -152,15 +140,9 @@ impl Sim {
 
     /// Runs the robot under the controller of a robot file.
     fn simulate(&self, task: &Task, designed_from: &robot_file::Robot) -> Result<Ran, Report> {
-        let (robot, seed, settings) = (&task.robot, self.run.common.seed, hal_sim::Settings::default());
-        if task.walks {
-            let (trace, walk) =
-                simulation::run_on_ground_designed_from(designed_from, robot, seed, &settings, &task.plan)?;
-            Ok(Ran { trace, walk: Some(walk) })
-        } else {
-            let trace = simulation::run_designed_from(designed_from, robot, seed, &settings, &task.plan)?;
-            Ok(Ran { trace, walk: None })
-        }
+        let place = if task.walks { simulation::Place::Ground } else { simulation::Place::Bench };
+        let (never, seed) = (AtomicBool::new(false), self.run.common.seed);
+        Ok(simulation::simulate(designed_from, &task.robot, place, seed, &task.plan, &never)?)
     }
 }
 
@@ -199,11 +181,7 @@ impl Run {
     /// Writes the files of a run and says what happened.
     pub fn tell(&self, task: &Task, ran: &Ran, beside: &Beside<'_>) -> Done {
         let (robot, plan, trace) = (&task.robot, &task.plan, &ran.trace);
-        if let Some(why) = trace.commands.first().and_then(|given| given.refusal.as_ref()) {
-            let help =
-                "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`";
-            return Err(miette!(help = help, "the robot refuses `{}`: {why}", trace.commands[0].command).into());
-        }
+        ran.require_accepted().map_err(Report::from)?;
         let title = self.title(robot, plan, ran);
         let mut files = self.save(ran, robot, &title)?;
         let view = self.ground.write_view(ran.walk.as_ref(), &title)?;
@@ -269,23 +247,12 @@ impl Run {
 
     fn write(&self, ran: &Ran, robot: &robot_file::Robot, title: &str, out: &Path) -> Result<Vec<PathBuf>, Report> {
         let (trace, walk) = (&ran.trace, ran.walk.as_ref());
-        let mut recording = simulation::recording(trace, robot);
-        recording.pose = walk.map_or_else(Vec::new, Walk::poses_of_rows);
-        let extra = simulation::extra_columns(trace);
-        let log = simulation::run_log(trace, robot);
-        let metadata = Metadata {
-            robot: Some(robot.name.clone()),
-            excitation: Some(self.drive.clone()),
-            seed: i64::try_from(self.common.seed).ok().map(i64::unsigned_abs),
-            // Both `sim` and `hil` begin with a new controller.
-            start_state: Some(State::Idle),
-            ..Metadata::default()
-        };
+        let run = ran.recorded(robot, &self.drive, self.common.seed);
         let drawn = plots(trace)?;
         let mut files = vec![out.join("run.mcap"), out.join("run.csv")];
-        let scene = simulation::scene(trace, walk);
-        write_mcap_scene(&files[0], &recording, &extra, &log, Some(&scene), &metadata)?;
-        write_csv_run(&files[1], &recording, &extra, &log, &metadata)?;
+        for file in &files {
+            run.write(file)?;
+        }
         for (name, svg) in &drawn {
             let file = out.join(format!("{name}.svg"));
             write(&file, &under_title(title, svg))?;

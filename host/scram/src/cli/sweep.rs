@@ -4,7 +4,7 @@ mod words;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use hal_sim::body::{Plan, Precision};
 use miette::{Report, miette};
 use plot::{figures, under_title};
@@ -12,17 +12,13 @@ use robot_file::edit::Document;
 use serde::Serialize;
 use sweep::claims::{self, ClaimResult};
 use sweep::{
-    Axis, Campaign, Component, Conditions, Design, DriveKind, Factor, INTERVAL_S, Lock, LockError, MOST_RUNS, Measured,
-    Robustness, RunSettings, Scatter, Search, Stat, SweepError, Swept, Target, VariantBuilder,
+    ArgumentError, Axis, Campaign, Component, Conditions, Factor, Lock, LockError, Measured, Robustness, RunSettings,
+    Scatter, Search, Stat, SweepArguments, SweepError, Swept, Target, VariantBuilder,
 };
 use words::{Bar, claim_text, robustness_table, search_text, speeds_table, warn_notes, warn_unmatched};
 
 use super::{Common, Done, Failure, print, print_json, say};
 
-/// Longest run, s.
-const LONGEST_S: f64 = 600.0;
-/// Repeats of the thesis.
-const REPEATS: u64 = 3;
 /// Conditions that a table on the screen shows.
 const MOST_SHOWN: usize = 60;
 
@@ -45,34 +41,8 @@ const MOST_SHOWN: usize = 60;
     quantity of the robot file. With --axis only \
     what is named varies; f is then 7 Hz and α the file's unless named. See docs/sweep.md.")]
 pub struct Sweep {
-    /// What is varied: PATH=from:to:count or PATH=v1,v2,…; repeatable
-    #[arg(long = "axis", value_name = "PATH=VALUES", allow_hyphen_values = true)]
-    axes: Vec<String>,
-    /// Runs of every condition, each with a seed of its own, from --seed on [default: 3; 1 for --search]
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    repeats: Option<u64>,
-    /// So many robots of one file, each with --repeats runs: what belongs to a robot, its sensor's (or phase) error, is drawn once for
-    /// each, and it is said how far runs scatter and how far robots do
-    #[arg(long, conflicts_with_all = ["search"], default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    robots: u64,
-    /// Length of a run, s
-    #[arg(long, default_value_t = 2.0, value_parser = seconds)]
-    seconds: f64,
-    /// Integration step, s; must go into 10 ms and into the robot's control period
-    #[arg(long, value_name = "SECONDS", default_value_t = 1e-4)]
-    step: f64,
-    /// What turns the eccentric
-    #[arg(long, value_enum, default_value_t = Turns::Motor)]
-    drive: Turns,
-    /// Phase error of the ideal shaft, root mean square, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 2.0, value_parser = phase_noise)]
-    phase_noise: f64,
-    /// Advance the bodies in single precision: about twice as fast
-    #[arg(long)]
-    single: bool,
-    /// Run everything with 10 % more friction, too: sensitivity (5.2) and effectiveness (5.3)
-    #[arg(long)]
-    sensitivity: bool,
+    #[command(flatten)]
+    runs: SweepArguments,
     /// Measured speeds to compare with: f_hz, alpha_deg, vx_mm_per_s, vy_mm_per_s, yaw_deg_per_s
     #[arg(long, value_name = "CSV", conflicts_with_all = ["claims", "search"])]
     measured: Option<PathBuf>,
@@ -80,7 +50,7 @@ pub struct Sweep {
     #[arg(long, conflicts_with_all = ["axes", "sensitivity", "search"])]
     claims: bool,
     /// Try so many sets of the unknown numbers, within the robot file's spreads, for one that makes most claims hold
-    #[arg(long, value_name = "SETS", conflicts_with_all = ["axes", "sensitivity"],
+    #[arg(long, value_name = "SETS", conflicts_with_all = ["axes", "sensitivity", "robots"],
         value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     search: Option<u32>,
     /// Threads [default: one a core]
@@ -91,30 +61,6 @@ pub struct Sweep {
     fresh: bool,
     #[command(flatten)]
     common: Common,
-}
-
-/// What turns the eccentric.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Turns {
-    /// The firmware's controller with the simulated motor, sensor and battery
-    Motor,
-    /// A shaft at exactly the frequency but for a start angle and a phase error
-    Ideal,
-}
-
-fn between(text: &str, low: f64, high: f64, what: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (low..=high).contains(&value) => Ok(value),
-        _ => Err(format!("{what} must be a number from {low} to {high}")),
-    }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    between(text, 0.1, LONGEST_S, "seconds")
-}
-
-fn phase_noise(text: &str) -> Result<f64, String> {
-    between(text, 0.0, 90.0, "the phase error")
 }
 
 /// What `--json` prints and `sweep.json` has.
@@ -158,10 +104,10 @@ struct Judged<'a> {
 
 impl Sweep {
     pub fn run(&self) -> Done {
-        let axes = Axis::parse_all(&self.axes).map_err(|error| Failure::Usage(error.into()))?;
+        let axes = Axis::parse_all(&self.runs.axes).map_err(|error| Failure::Usage(error.into()))?;
         let robot = self.common.robot()?;
         let document = Document::load(&self.common.robot).map_err(Report::from)?;
-        self.check_step(&robot)?;
+        self.runs.settings().check_step(&robot).map_err(|error| Failure::Usage(ArgumentError::from(error).into()))?;
         let builder = VariantBuilder::new(document, robot).map_err(Report::from)?;
         if let Some(sets) = self.search {
             return self.search(&builder, sets as usize);
@@ -174,38 +120,8 @@ impl Sweep {
         self.tell(&builder, &swept, measured.as_ref())
     }
 
-    /// The step goes into the time between two pictures and into the control period.
-    fn check_step(&self, robot: &robot_file::Robot) -> Result<(), Failure> {
-        let tick_s = robot.controller.as_ref().map_or(INTERVAL_S, |controller| controller.tick_s.value);
-        let goes = |time: f64| {
-            let count = time / self.step;
-            count >= 0.999 && (count - count.round()).abs() < 1e-6 * count
-        };
-        let motor = self.drive == Turns::Motor;
-        if self.step > 0.0 && goes(INTERVAL_S) && (!motor || goes(tick_s)) {
-            return Ok(());
-        }
-        let periods = if motor { format!("10 ms and the control period of {tick_s} s") } else { "10 ms".into() };
-        Err(Failure::Usage(miette!(help = "e.g. 1e-4, 2e-4, 5e-5", "--step {} does not go into {periods}", self.step)))
-    }
-
-    fn settings(&self) -> RunSettings {
-        let drive = match self.drive {
-            Turns::Motor => DriveKind::Motor,
-            Turns::Ideal => DriveKind::Ideal { phase_noise: self.phase_noise.to_radians() },
-        };
-        let precision = if self.single { Precision::Single } else { Precision::Double };
-        RunSettings { drive, seconds: self.seconds, step_s: self.step, precision }
-    }
-
     fn seeds(&self) -> Vec<u64> {
-        let count = self.repeats.unwrap_or(REPEATS) * self.robots;
-        (0..count).map(|repeat| self.common.seed.wrapping_add(repeat)).collect()
-    }
-
-    /// Seeds in a row that are of one robot.
-    fn runs_a_robot(&self) -> usize {
-        self.repeats.unwrap_or(REPEATS) as usize
+        self.runs.seeds(self.common.seed)
     }
 
     fn target<'a>(&'a self, stem: &'a str, paths: bool) -> Target<'a> {
@@ -228,7 +144,7 @@ impl Sweep {
     }
 
     /// Runs a campaign with a bar on a terminal.
-    fn campaign(&self, campaign: Campaign<'_>, stem: &str, paths: bool) -> Result<(Swept, Option<Lock>), Failure> {
+    fn campaign(&self, campaign: Campaign, stem: &str, paths: bool) -> Result<(Swept, Option<Lock>), Failure> {
         let lock = self.lock()?;
         let mut bar = Bar::new("runs");
         let swept = campaign
@@ -242,24 +158,14 @@ impl Sweep {
     }
 
     fn sweep(&self, builder: &VariantBuilder, given: Vec<Axis>) -> Result<(Swept, Option<Lock>), Failure> {
-        let mut axes = if given.is_empty() { Design::thesis() } else { given };
-        let count = Design::count(&axes, self.seeds().len());
-        if count > MOST_RUNS {
-            return Err(Failure::Usage(miette!(
-                help = "fewer values or repeats; several sweeps into several directories",
-                "{count} runs are more than {MOST_RUNS}"
-            )));
-        }
-        for warning in builder.check(&axes).map_err(|error| Failure::Usage(error.into()))? {
+        let (design, paths) =
+            self.runs.design(given, self.common.seed).map_err(|error| Failure::Usage(error.into()))?;
+        // Not what --sensitivity adds.
+        let given = design.axes.iter().filter(|axis| axis.what != Factor::FrictionFactor).cloned().collect::<Vec<_>>();
+        for warning in builder.check(&given).map_err(|error| Failure::Usage(error.into()))? {
             say(&format!("warning: {warning}"));
         }
-        // Paths are worth a picture where frequency and α are all that varies.
-        let paths = axes.iter().all(|axis| matches!(axis.what, Factor::Frequency | Factor::Alpha));
-        if self.sensitivity {
-            axes.push(Design::friction_axis());
-        }
-        let design = Design::product(axes, self.seeds()).with_runs_a_robot(self.runs_a_robot());
-        let campaign = Campaign::new(builder, design, self.settings()).map_err(failure)?;
+        let campaign = Campaign::new(builder, design, self.runs.settings()).map_err(failure)?;
         self.campaign(campaign, "sweep", paths)
     }
 
@@ -298,12 +204,9 @@ impl Sweep {
             print_json(&summary)?;
             return Ok(());
         }
-        let each = format!("{} conditions, {} runs of {} s", conditions.conditions.len(), summary.runs, self.seconds);
-        print(&format!(
-            "{}: {each}, drive {}",
-            summary.robot,
-            if self.drive == Turns::Motor { "motor" } else { "ideal" }
-        ));
+        let each =
+            format!("{} conditions, {} runs of {} s", conditions.conditions.len(), summary.runs, self.runs.seconds);
+        print(&format!("{}: {each}, drive {}", summary.robot, if self.runs.is_by_motor() { "motor" } else { "ideal" }));
         if conditions.conditions.len() <= MOST_SHOWN {
             print(&speeds_table(&conditions));
             if let Some(robustness) = &summary.robustness {
@@ -321,16 +224,18 @@ impl Sweep {
     fn title(&self, builder: &VariantBuilder) -> String {
         let seeds = self.seeds();
         let runs = match seeds.as_slice() {
-            [first, .., last] => format!("{} runs of {} s each, seeds {first} … {last}", seeds.len(), self.seconds),
-            _ => format!("a run of {} s each, seed {}", self.seconds, self.common.seed),
+            [first, .., last] => {
+                format!("{} runs of {} s each, seeds {first} … {last}", seeds.len(), self.runs.seconds)
+            }
+            _ => format!("a run of {} s each, seed {}", self.runs.seconds, self.common.seed),
         };
-        let drive = if self.drive == Turns::Motor { "motor" } else { "ideal shaft" };
+        let drive = if self.runs.is_by_motor() { "motor" } else { "ideal shaft" };
         format!("{}, {drive}, {runs}", builder.robot().name)
     }
 
     fn evaluate(&self, builder: &VariantBuilder) -> Done {
-        let design = claims::design(self.seeds()).with_runs_a_robot(self.runs_a_robot());
-        let campaign = Campaign::new(builder, design, self.settings()).map_err(failure)?;
+        let design = claims::design(self.seeds()).with_runs_a_robot(self.runs.runs_a_robot());
+        let campaign = Campaign::new(builder, design, self.runs.settings()).map_err(failure)?;
         let (swept, _lock) = self.campaign(campaign, "claims", false)?;
         let plan = Plan::new(builder.robot()).map_err(|error| miette!("{error}"))?;
         let verdicts = claims::evaluate(&Conditions::new(&swept.design, &swept.runs), &plan);
@@ -353,8 +258,8 @@ impl Sweep {
 
     fn search(&self, builder: &VariantBuilder, sets: usize) -> Done {
         let _lock = self.lock()?;
-        let seeds = self.repeats.map_or_else(|| vec![self.common.seed], |_| self.seeds());
-        let settings = RunSettings { precision: Precision::Single, ..self.settings() };
+        let seeds = self.runs.repeats.map_or_else(|| vec![self.common.seed], |_| self.seeds());
+        let settings = RunSettings { precision: Precision::Single, ..self.runs.settings() };
         let search = Search::new(builder, sets, self.common.seed, settings, seeds);
         let mut bar = Bar::new("sets");
         let found = search

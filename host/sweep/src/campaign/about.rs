@@ -13,9 +13,10 @@ const PROBE_S: f64 = 0.05;
 /// Layout of the tables.
 const FORMAT: i64 = 2;
 
-impl Campaign<'_> {
-    /// Everything that the table depends on.
-    pub(crate) fn about(&self) -> Table {
+impl Campaign {
+    /// Everything that the table depends on: the design, the robot, and what a moment of its first run measures here.
+    #[must_use]
+    pub fn about(&self) -> Table {
         let numbers = |values: &[f64]| Value::Array(values.iter().map(|value| Value::Float(*value)).collect());
         let mut about = Table::new();
         about.insert("format".into(), Value::Integer(FORMAT));
@@ -34,7 +35,7 @@ impl Campaign<'_> {
         }
         let axis = |axis: &Axis| (axis.what.column(), numbers(&axis.values));
         about.insert("axes".into(), Value::Table(self.design.axes.iter().map(axis).collect()));
-        let robot = serde_json::to_value(self.builder.robot()).unwrap_or_default();
+        let robot = serde_json::to_value(&self.robot).unwrap_or_default();
         about.insert("robot".into(), to_toml(&robot).unwrap_or(Value::Table(Table::new())));
         about
     }

@@ -9,7 +9,7 @@ const DIGITS: usize = 6;
 
 /// A number that is searched.
 #[derive(Clone, Debug)]
-pub(super) struct Unknown {
+pub(crate) struct Unknown {
     pub path: String,
     pub low: f64,
     pub high: f64,
@@ -21,7 +21,7 @@ impl Unknown {
     }
 
     /// From 0 … 1.
-    pub(super) fn value(&self, share: f64) -> f64 {
+    pub(crate) fn value(&self, share: f64) -> f64 {
         let value = if self.logarithmic() {
             self.low * (self.high / self.low).powf(share)
         } else {

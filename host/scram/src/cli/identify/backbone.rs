@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use miette::{Report, miette};
 use plot::{oscillation_svg, under_title};
 use robot_file::edit::Document;
-use robot_file::robot::{Quantity, Robot};
+use robot_file::robot::Robot;
 use serde::Serialize;
 
 use super::super::run_directory::IDENTIFIED;
@@ -130,21 +130,8 @@ impl Backbone {
     }
 
     fn oscillation(&self, path: &Path) -> Result<Oscillation, Report> {
-        let capture = self.capture.read(path)?;
-        let body = capture.body(self.capture.shape.body.as_deref())?;
-        let base = self.base.as_deref().map(|name| capture.body(Some(name))).transpose()?;
-        let name =
-            path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned());
-        let oscillation = body.oscillation(&name, base);
-        if oscillation.angles.iter().flatten().all(|angle| !angle.is_finite()) {
-            return Err(miette!(
-                help = "name a rigid body with --body; points alone have no orientation",
-                "{}: `{}` has no orientation",
-                path.display(),
-                body.name
-            ));
-        }
-        Ok(oscillation)
+        let body = self.capture.shape.body.as_deref();
+        Ok(Oscillation::read(path, &self.capture.options(), body, self.base.as_deref())?)
     }
 
     fn section(&self, robot: &Robot) -> Result<Option<[f64; 3]>, Report> {
@@ -168,24 +155,10 @@ impl Backbone {
 
     fn save(&self, robot: &Robot, fit: &BackboneFit, out: &Path) -> Result<[PathBuf; 2], Report> {
         let mut document = Document::load(&self.common.robot)?;
-        let names: Vec<&str> =
-            fit.tracks.iter().filter(|track| !track.held_out).map(|track| track.run.as_str()).collect();
-        let source = format!("scram identify backbone, from {}; 90 % interval", names.join(", "));
-        let found: Vec<(String, Quantity)> = fit
-            .hinges
-            .iter()
-            .filter(|hinge| hinge.told)
-            .map(|hinge| {
-                let quantity =
-                    Quantity { value: hinge.value, low: hinge.low, high: hinge.high, source: source.clone() };
-                (format!("backbone.{}", hinge.field), quantity)
-            })
-            .collect();
-        let fields: Vec<(&str, Quantity)> = found.iter().map(|(path, value)| (path.as_str(), value.clone())).collect();
-        document.set_all(&fields)?;
+        fit.write_into(&mut document)?;
         let (file, picture) = (out.join(ROBOT), out.join("backbone.svg"));
         self.common.save(&document, &file)?;
-        let title = format!("{}, {}", robot.name, names.join(", "));
+        let title = format!("{}, {}", robot.name, fit.fitted().join(", "));
         write(&picture, &under_title(&title, &oscillation_svg(&fit.tracks)?))?;
         Ok([file, picture])
     }

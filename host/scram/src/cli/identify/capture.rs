@@ -48,9 +48,9 @@ pub fn column(words: &str) -> Result<(String, String), String> {
 }
 
 impl CaptureArgs {
-    /// Reads a file.
-    pub fn read(&self, path: &Path) -> Result<Capture, Report> {
-        let options = Options {
+    /// As the library takes them.
+    pub fn options(&self) -> Options {
+        Options {
             rate_hz: self.rate,
             metres: self.shape.mm_per_unit.map(|mm| 1e-3 * mm),
             up: self.shape.up.map(|up| match up {
@@ -58,7 +58,11 @@ impl CaptureArgs {
                 UpArg::Z => Up::Z,
             }),
             columns: self.columns.clone(),
-        };
-        Ok(read(path, &options)?)
+        }
+    }
+
+    /// Reads a file.
+    pub fn read(&self, path: &Path) -> Result<Capture, Report> {
+        Ok(read(path, &self.options())?)
     }
 }

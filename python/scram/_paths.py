@@ -1,0 +1,16 @@
+"""Recordings that are given as files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from os import PathLike
+
+from scram._scram import Recording, read
+
+#: Samples of a run that are worth their time in a fit: a minute at 1 kHz. A longer file is thinned by whole blocks.
+MOST_SAMPLES = 60_000
+
+
+def loaded(runs: Iterable[Recording | str | PathLike[str]]) -> list[Recording]:
+    """The recordings, those that are files read."""
+    return [run if isinstance(run, Recording) else read(run, most_samples=MOST_SAMPLES) for run in runs]

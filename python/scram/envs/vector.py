@@ -1,0 +1,161 @@
+"""Many environments a call: ``gymnasium.make_vec``. The engine advances all of them together, over threads."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from scram._scram import Environments, Robot
+from scram.envs.definitions import Definition, Maze, Straight, Turn
+from scram.envs.rendering import RENDER_MODES, SIZE, Renderer
+from scram.envs.shared import chosen_robot, observation_space, seed_of
+
+Observations = NDArray[np.float32]
+Flags = NDArray[np.bool_]
+StepResult = tuple[Observations, NDArray[np.float64], Flags, Flags, dict[str, Any]]
+
+
+class RobotVectorEnv(VectorEnv[Observations, NDArray[np.int64], NDArray[Any]]):
+    """Robots side by side, all with one task.
+
+    ``autoreset_mode`` is one of Gymnasium's three and stands in ``metadata["autoreset_mode"]``. ``threads`` is how many advance
+    the robots, by default one a core. ``rgb_array`` draws every robot, ``human`` shows the first.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "render_modes": RENDER_MODES,
+        "render_fps": 25,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+    definition_type: ClassVar[type[Definition]]
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        robot: Robot | str | Path | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        render_size: tuple[int, int] = SIZE,
+        page_path: str | Path | None = None,
+        **options: Any,
+    ) -> None:
+        self.definition = self.definition_type(**options)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.num_envs = num_envs
+        self._environments = Environments(self.definition, num_envs, chosen_robot(robot), threads)
+        rate = round(1.0 / self.definition.interval_s)
+        self.metadata = {**self.metadata, "render_fps": rate, "autoreset_mode": self.autoreset_mode}
+        self.single_observation_space = observation_space(self._environments)
+        self.single_action_space = spaces.Discrete(len(self.definition.frequencies_hz))
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.render_mode = render_mode
+        shown = range(num_envs if render_mode == "rgb_array" else 1)
+        self._renderers = [Renderer(self._environments, i, render_mode, render_size, page_path) for i in shown]
+        self._ended: Flags = np.zeros(num_envs, dtype=np.bool_)
+        self._seeded = False
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begins episodes in all environments, or where ``options["reset_mask"]`` is true: with a seed s environment i begins the
+        first one of s + i, with a sequence of seeds the first one of its own, without a seed the next one.
+        """
+        seeds = self._seeds(seed)
+        mask: Flags = np.ones(self.num_envs, dtype=np.bool_)
+        if options is not None and "reset_mask" in options:
+            mask = np.asarray(options["reset_mask"])
+            if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
+                raise ValueError(f"options['reset_mask']: give {self.num_envs} truth values, one true at least")
+        self._begin(mask, seeds)
+        self._ended[mask] = False
+        return self._environments.observations(), self._info()
+
+    def step(self, actions: NDArray[np.int64]) -> StepResult:
+        """Holds a frequency in each environment for Δt."""
+        begin = self._ended
+        if self.autoreset_mode is AutoresetMode.DISABLED and begin.any():
+            which = np.flatnonzero(begin).tolist()
+            raise ValueError(f"environments {which} have ended: reset them with options={{'reset_mask': mask}}")
+        # An environment that begins a new episode in this step computes the old one's last for nothing: lanes go together.
+        observations, rewards, terminated, truncated = self._environments.step(np.asarray(actions, dtype=np.int64))
+        if begin.any():
+            self._begin(begin, None)
+            observations[begin] = self._environments.observations()[begin]
+            rewards[begin], terminated[begin], truncated[begin] = 0.0, False, False
+        ended = terminated | truncated
+        info = self._info()
+        if self.autoreset_mode is AutoresetMode.SAME_STEP:
+            if ended.any():
+                info |= {"final_obs": self._final(observations, ended), "_final_obs": ended.copy()}
+                info |= {"final_info": info.copy(), "_final_info": ended.copy()}
+                self._begin(ended, None)
+                observations[ended] = self._environments.observations()[ended]
+                info |= self._info()
+        else:
+            self._ended = ended
+        return observations, rewards, terminated, truncated, info
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """A picture of every robot (``rgb_array``), or the page of the first one's episode so far (``human``)."""
+        pictures = [renderer.render() for renderer in self._renderers]
+        return tuple(picture for picture in pictures if picture is not None) if self.render_mode == "rgb_array" else None
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Writes the last episode's page, in ``human`` mode."""
+        self._renderers[0].write_page()
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int] | None:
+        if seed is None:
+            if self._seeded:
+                return None
+            seed = int(self.np_random.integers(2**63))
+        self._seeded = True
+        if isinstance(seed, (int, np.integer)):
+            super().reset(seed=int(seed))
+            return [seed_of(int(seed) + i) for i in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ValueError(f"seed: {len(seed)} for {self.num_envs} environments; give one for each")
+        return [seed_of(int(self.np_random.integers(2**63)) if one is None else one) for one in seed]
+
+    def _begin(self, mask: Flags, seeds: list[int] | None) -> None:
+        if mask[0]:
+            self._renderers[0].write_page()
+        self._environments.reset(mask, seeds)
+
+    @staticmethod
+    def _final(observations: Observations, ended: Flags) -> NDArray[np.object_]:
+        final = np.full(len(ended), None, dtype=object)
+        for i in np.flatnonzero(ended):
+            final[i] = observations[i].copy()
+        return final
+
+    def _info(self) -> dict[str, Any]:
+        everywhere = np.ones(self.num_envs, dtype=np.bool_)
+        poses, seeds = self._environments.poses(), self._environments.episode_seeds()
+        return {"pose": poses, "_pose": everywhere, "episode_seed": seeds, "_episode_seed": everywhere}
+
+
+class TurnVectorEnv(RobotVectorEnv):
+    """Many of ``scram/Turn-v0``."""
+
+    definition_type = Turn
+
+
+class StraightVectorEnv(RobotVectorEnv):
+    """Many of ``scram/Straight-v0``."""
+
+    definition_type = Straight
+
+
+class MazeVectorEnv(RobotVectorEnv):
+    """Many of ``scram/Maze-v0``."""
+
+    definition_type = Maze

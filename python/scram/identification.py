@@ -1,0 +1,294 @@
+"""Parameters from measurements: ``scram identify``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from os import PathLike, fspath
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from scram import _scram
+from scram._paths import loaded
+from scram._scram import Recording, Robot
+from scram.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number that was looked for, in the unit at the end of its path."""
+
+    path: str
+    value: float
+    low: float
+    high: float
+    """Ends of the interval: 95 % of a motor, 90 % of a backbone and of a walk."""
+    file: float | None
+    """What the robot file says."""
+    told: bool
+    """Whether the measurements tell it, or it hangs on what is believed."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """What every fit has; in a notebook it shows a table and a plot."""
+
+    robot: Robot
+    """The robot with what was found."""
+    svg: str = field(repr=False)
+    """A plot; empty where there is none."""
+    data: Mapping[str, Any] = field(repr=False)
+    """Everything that the command prints with ``--json``."""
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return []
+
+    def _repr_html_(self) -> str:
+        rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in self._rows())
+        return f"<table>{rows}</table>{self.svg}"
+
+
+@dataclass(frozen=True, eq=False)
+class PotentiometerFit(_Fit):
+    """Correction and blind arc of an angle sensor. Angles in degrees."""
+
+    before_rms_deg: float
+    after_rms_deg: float
+    """Error of the reading without and with the correction."""
+    noise_deg: float
+    """Scatter of one reading."""
+    blind_arc_deg: tuple[float, float]
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        low, high = self.blind_arc_deg
+        return [
+            ("error before, RMS", f"{self.before_rms_deg:.3f}°"),
+            ("error left, RMS", f"{self.after_rms_deg:.3f}°"),
+            ("noise of one reading", f"{self.noise_deg:.3f}°"),
+            ("blind arc", f"{low:.1f}° … {high:.1f}°"),
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class _NumbersFit(_Fit):
+    numbers: tuple[Number, ...]
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        def cells(one: Number) -> tuple[str, ...]:
+            file = "–" if one.file is None else f"{one.file:.4g}"
+            return (one.path, f"{one.value:.4g}", f"{one.low:.4g} … {one.high:.4g}", file, "yes" if one.told else "no")
+
+        return [("number", "found", "interval", "file", "told"), *map(cells, self.numbers)]
+
+
+@dataclass(frozen=True, eq=False)
+class MotorFit(_NumbersFit):
+    """A motor's numbers and its friction. Errors are of free rollouts on the held-out runs, rad."""
+
+    friction: tuple[str, ...]
+    """Effects of friction in the model."""
+    noise_rad: float
+    before_rad: float
+    after_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class BackboneFit(_NumbersFit):
+    """Stiffness and damping of a backbone. Errors by thesis (3.1), rad."""
+
+    error_rad: float
+    floor_rad: float
+    """What the noise alone makes of the error."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobotFit(_NumbersFit):
+    """What decides how a robot walks."""
+
+    misfit: float
+    """Deviation of the fitted means over what repeats explain; above 1 something is missing."""
+    thesis_loss: tuple[float, float]
+    """Thesis (3.2) with the file's numbers and with those found."""
+
+
+Run = Recording | str | PathLike[str]
+
+
+def identify_potentiometer(robot: Robot, run: Run, *, second: bool = False) -> PotentiometerFit:
+    """Find the angle sensor's correction and blind arc from one run at constant voltage.
+
+    ``second`` is for the second of two sensors.
+
+    Examples
+    --------
+    >>> import scram
+    >>> robot = scram.Robot("robot.toml")
+    >>> run = scram.simulate(robot, "duty:1", seconds=2.5, bench=True)
+    >>> fit = scram.identify_potentiometer(robot, run)
+    >>> fit.after_rms_deg < 0.2 < fit.before_rms_deg
+    True
+    """
+    found = _scram.identify_potentiometer(robot, loaded([run])[0], second=second)
+    said = found["said"]
+    own = said["own"] if second else said
+    correction = own["correction"]
+    return PotentiometerFit(
+        robot=found["robot"],
+        svg=found["svg"],
+        data=said,
+        before_rms_deg=own["before_rms_deg"],
+        after_rms_deg=own["after_rms_deg"],
+        noise_deg=own["noise_deg"],
+        blind_arc_deg=(correction["blind_from_deg"], correction["blind_to_deg"]),
+    )
+
+
+def identify_motor(
+    robot: Robot,
+    fit: Iterable[Run],
+    holdout: Iterable[Run],
+    *,
+    resistance_ohm: float | None = None,
+    inertia_kg_m2: float | None = None,
+    seed: int = 1,
+    threads: int = 0,
+) -> MotorFit:
+    """Find a motor's numbers and its friction from bench runs.
+
+    ``resistance_ohm`` of the winding and ``inertia_kg_m2`` of rotor and load are taken as known to 2 % where they are given:
+    without a measured current the scale of torques hangs on one of them.
+    """
+    found = _scram.identify_motor(
+        robot,
+        loaded(fit),
+        loaded(holdout),
+        resistance_ohm=resistance_ohm,
+        inertia_kg_m2=inertia_kg_m2,
+        seed=seed,
+        threads=threads,
+    )
+    said = found["said"]
+    return MotorFit(
+        robot=found["robot"],
+        svg=found["svg"],
+        data=said,
+        numbers=tuple(Number(**one) for one in said["numbers"]),
+        friction=tuple(said["friction"]),
+        noise_rad=said["noise_rad"],
+        before_rad=said["before_rad"],
+        after_rad=said["after_rad"],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Release:
+    """How a backbone's end turns after it is let go."""
+
+    name: str
+    t_s: npt.ArrayLike
+    """Increasing times of shape (n,)."""
+    angles_rad: npt.ArrayLike
+    """Rotation about x (torsion), y (stiff) and z (soft) against the pose at rest, shape (n, 3); NaN where missing."""
+
+
+def identify_backbone(
+    robot: Robot,
+    fit: Iterable[Release | str | PathLike[str]],
+    holdout: Iterable[Release | str | PathLike[str]] = (),
+    *,
+    body: str | None = None,
+    base: str | None = None,
+    module: int | None = None,
+    gravity: Literal["level", "hanging", "none"] = "level",
+) -> BackboneFit:
+    """Find a backbone's stiffness and damping from its free oscillations (thesis section 3.1).
+
+    A run is a :class:`Release` or a motion capture's file; ``body`` is the rigid body that swings, ``base`` the one that holds the
+    fast end where that moves, too, ``module`` which of the robot's modules is at the end, from 1 (default: the last).
+    """
+
+    def release(run: Release | str | PathLike[str]) -> str | tuple[str, npt.NDArray[Any], npt.NDArray[Any]]:
+        if isinstance(run, Release):
+            return (run.name, np.asarray(run.t_s, dtype=np.float64), np.asarray(run.angles_rad, dtype=np.float64))
+        return fspath(run)
+
+    found = _scram.identify_backbone(
+        robot,
+        [release(run) for run in fit],
+        [release(run) for run in holdout],
+        body=body,
+        base=base,
+        module=module,
+        gravity=gravity,
+    )
+    said = found["said"]
+    numbers = [
+        Number(f"backbone.{one['field']}", one["value"], one["low"], one["high"], one["file"], one["told"])
+        for one in said["hinges"]
+    ]
+    return BackboneFit(
+        robot=found["robot"],
+        svg=found["svg"],
+        data=said,
+        numbers=tuple(numbers),
+        error_rad=said["error_rad"],
+        floor_rad=said["floor_rad"],
+    )
+
+
+#: Columns of measured speeds.
+SPEEDS = ("f_hz", "alpha_deg", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s")
+
+
+def identify_robot(
+    robot: Robot,
+    measured: Mapping[str, npt.ArrayLike] | str | PathLike[str],
+    *,
+    holdout: Sequence[tuple[float, float]] = (),
+    uneven: bool = False,
+    window_s: tuple[float, float] = (1.0, 2.0),
+    draws: int = 200,
+    seed: int = 1,
+    threads: int = 0,
+) -> RobotFit:
+    """Find what of a robot decides how it walks, from its measured speeds (thesis section 3.3).
+
+    ``measured`` is a table's file, or columns (a data frame, say) ``f_hz`` (positive clockwise), ``alpha_deg``, ``vx_mm_per_s``,
+    ``vy_mm_per_s`` (to the left) and ``yaw_deg_per_s``, a row a run, NaN where nothing was measured. ``holdout`` are conditions (f, α)
+    to judge by in place of one in four; ``uneven`` looks for an off-centre weight and for each foot's own friction, too.
+    """
+    table: npt.NDArray[np.float64] | str
+    if isinstance(measured, (str, PathLike)):
+        table = fspath(measured)
+    else:
+        missing = [name for name in SPEEDS if name not in measured]
+        if missing:
+            raise InputError(f"no column {', '.join(missing)}\n  help: the columns are {', '.join(SPEEDS)}")
+        table = np.column_stack([np.asarray(measured[name], dtype=np.float64) for name in SPEEDS])
+    found = _scram.identify_robot(
+        robot,
+        table,
+        holdout=list(holdout),
+        uneven=uneven,
+        window_s=window_s,
+        draws=draws,
+        seed=seed,
+        threads=threads,
+    )
+    said = found["said"]
+    numbers = [
+        Number(one["path"], one["value"], one["low"], one["high"], one["file"], one["told"])
+        for one in said["parameters"]
+    ]
+    before, after = said["thesis_loss"]
+    return RobotFit(
+        robot=found["robot"],
+        svg=found["svg"],
+        data=said,
+        numbers=tuple(numbers),
+        misfit=said["misfit"],
+        thesis_loss=(before, after),
+    )

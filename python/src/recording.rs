@@ -1,0 +1,257 @@
+//! `scram.Recording`: a run with its columns as numpy arrays.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::exceptions::{PyImportError, PyKeyError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use recording::{AngleReading, Drive, ExtraColumn, Metadata, ReadOptions, Run, Window};
+
+use crate::errors::{ScramError, failed, unusable_file};
+use crate::interrupt::interruptible;
+
+/// A run: samples, what is known beside them, and of a simulated one its figures.
+///
+/// ``recording[name]`` is a column as a numpy array of shape (samples,), NaN where a cell is empty; docs/recordings.md says what the
+/// names mean. ``read`` reads one from a file, ``simulate`` makes one.
+///
+/// Examples
+/// --------
+/// >>> import scram
+/// >>> run = scram.simulate(scram.Robot("robot.toml"), "freq:7", seconds=1, bench=True)
+/// >>> run.columns[:4]
+/// ['t_s', 'enable', 'duty', 'adc']
+/// >>> abs(run.metrics["mean_frequency_hz"] - 7) < 0.2
+/// True
+/// >>> run.commands[0]
+/// (0, 'freq 7', False)
+#[pyclass(frozen, module = "scram")]
+#[derive(Clone)]
+pub struct Recording {
+    run: Arc<Run>,
+    metrics: serde_json::Map<String, serde_json::Value>,
+}
+
+/// Names of what the controller said in every row.
+const SAID: [&str; 3] = ["state", "fault", "tracking"];
+
+impl Recording {
+    /// Of a run with its figures.
+    pub fn new(run: Run, metrics: serde_json::Map<String, serde_json::Value>) -> Self {
+        Self { run: Arc::new(run), metrics }
+    }
+
+    /// The samples.
+    pub fn samples(&self) -> &recording::Recording {
+        &self.run.recording
+    }
+
+    /// What is known beside the samples.
+    pub fn known(&self) -> &Metadata {
+        &self.run.metadata
+    }
+
+    /// Whether another recording has the same samples, wherever both come from.
+    pub fn same_samples(&self, other: &Self) -> bool {
+        let (own, other) = (self.samples(), other.samples());
+        own.t_s == other.t_s && own.angle == other.angle && own.drive == other.drive
+    }
+
+    fn names(&self) -> Vec<&str> {
+        let mut names = recording::column_names(&self.run.recording);
+        names.extend(self.further().map(|column| column.name.as_str()));
+        names.extend(if self.run.log.stated.is_empty() { &[][..] } else { &SAID });
+        names
+    }
+
+    fn further(&self) -> impl Iterator<Item = &ExtraColumn> {
+        self.run.log.numbers.iter().chain(&self.run.extra)
+    }
+
+    /// A column; `None` where there is none of this name.
+    fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let samples = &self.run.recording;
+        if !self.names().contains(&name) {
+            return Ok(None);
+        }
+        let array = match name {
+            "t_s" => numbers(py, samples.t_s.iter().copied()),
+            "enable" => samples.enable.clone().into_pyarray(py).into_any(),
+            "duty" | "voltage_v" => match &samples.drive {
+                Drive::Duty(column) | Drive::Voltage(column) => numbers(py, column.iter().copied()),
+            },
+            "adc" | "angle_rad" => match &samples.angle {
+                AngleReading::Angle(column) => numbers(py, column.iter().map(|value| or_nan(*value))),
+                AngleReading::Adc(column) => numbers(py, column.iter().map(|code| or_nan(code.map(f64::from)))),
+            },
+            "adc_second" => numbers(py, samples.adc_second.iter().map(|code| or_nan(code.map(f64::from)))),
+            "supply_v" => numbers(py, samples.supply_v.iter().copied()),
+            "current_a" => numbers(py, samples.current_a.iter().map(|value| or_nan(*value))),
+            "temperature_c" => numbers(py, samples.temperature_c.iter().map(|value| or_nan(*value))),
+            "x_m" => self.pose(py, 0),
+            "y_m" => self.pose(py, 1),
+            "yaw_rad" => self.pose(py, 2),
+            "tracking" => {
+                let flags: Vec<bool> = self.run.log.stated.iter().map(|stated| stated.tracking).collect();
+                flags.into_pyarray(py).into_any()
+            }
+            "state" => self.words(py, |stated| format!("{:?}", stated.state))?,
+            "fault" => self.words(py, |stated| stated.fault.map_or_else(String::new, |fault| format!("{fault:?}")))?,
+            other => match self.further().find(|column| column.name == other) {
+                Some(column) => numbers(py, column.values.iter().map(|value| or_nan(*value))),
+                None => return Ok(None),
+            },
+        };
+        Ok(Some(array))
+    }
+
+    fn pose<'py>(&self, py: Python<'py>, axis: usize) -> Bound<'py, PyAny> {
+        numbers(py, self.run.recording.pose.iter().map(|pose| or_nan(pose.map(|pose| pose[axis]))))
+    }
+
+    fn words<'py>(&self, py: Python<'py>, of: impl Fn(&recording::Stated) -> String) -> PyResult<Bound<'py, PyAny>> {
+        let words = PyList::new(py, self.run.log.stated.iter().map(of))?;
+        py.import("numpy")?.call_method1("array", (words, "U"))
+    }
+
+    /// A library that is not needed for the rest.
+    fn library<'py>(py: Python<'py>, name: &str, extra: &str) -> PyResult<Bound<'py, PyModule>> {
+        py.import(name).map_err(|error| match error.is_instance_of::<PyImportError>(py) {
+            true => ScramError::new_err(format!("{name} is not installed\n  help: pip install 'scram[{extra}]'")),
+            false => error,
+        })
+    }
+}
+
+fn or_nan(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
+fn numbers<'py>(py: Python<'py>, values: impl Iterator<Item = f64>) -> Bound<'py, PyAny> {
+    let values: Bound<'py, PyArray1<f64>> = values.collect::<Vec<_>>().into_pyarray(py);
+    values.into_any()
+}
+
+#[pymethods]
+impl Recording {
+    /// Names of the columns.
+    #[getter]
+    fn columns(&self) -> Vec<&str> {
+        self.names()
+    }
+
+    fn __len__(&self) -> usize {
+        self.run.recording.len()
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let column = self.column(py, name)?;
+        column.ok_or_else(|| PyKeyError::new_err(format!("no column `{name}`; there are {}", self.names().join(", "))))
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.names().contains(&name)
+    }
+
+    /// What the controller was told: index of the row before which it was, the words, and whether it is the command before again.
+    #[getter]
+    fn commands(&self) -> Vec<(usize, &str, bool)> {
+        self.run.log.commands.iter().map(|command| (command.row, command.text.as_str(), command.repeat)).collect()
+    }
+
+    /// What is known of the run beside its samples.
+    #[getter]
+    fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize::pythonize(py, &self.run.metadata)?)
+    }
+
+    /// Figures of a simulated run; empty for one that was read.
+    #[getter]
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize::pythonize(py, &self.metrics)?)
+    }
+
+    /// What a person should know of the file.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.run.notes.clone()
+    }
+
+    /// Writes the run as MCAP or CSV, by the ending of the name; the file is whole or not there.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let run = self.run.clone();
+        interruptible(py, move |_| run.write(&path))?.map_err(|error| failed(&error))
+    }
+
+    /// The columns as a pandas data frame.
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let pandas = Self::library(py, "pandas", "pandas")?;
+        pandas.getattr("DataFrame")?.call1((self.arrays(py)?,))
+    }
+
+    /// The columns as an Arrow table.
+    fn to_arrow<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let arrow = Self::library(py, "pyarrow", "arrow")?;
+        arrow.getattr("table")?.call1((self.arrays(py)?,))
+    }
+
+    fn __repr__(&self) -> String {
+        let run = &self.run;
+        let robot = run.metadata.robot.as_deref().unwrap_or("?");
+        let seconds = run.recording.t_s.last().zip(run.recording.t_s.first()).map_or(0.0, |(last, first)| last - first);
+        format!("<scram.Recording of {robot}, {} samples over {seconds:.3} s>", run.recording.len())
+    }
+}
+
+impl Recording {
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let arrays = PyDict::new(py);
+        for name in self.names() {
+            if let Some(column) = self.column(py, name)? {
+                arrays.set_item(name, column)?;
+            }
+        }
+        Ok(arrays)
+    }
+}
+
+/// Read a recording, MCAP or CSV by the ending of its name.
+///
+/// Parameters
+/// ----------
+/// path
+///     The file.
+/// robot
+///     Which robot, by its name in the file; needed where a session has several.
+/// from_s, to_s
+///     Nothing before and after these times of the recording, s.
+/// most_samples
+///     Samples held at most: a longer file is thinned by whole blocks of 1000. All of them where nothing is said.
+///
+/// Where rows are left out, there are only the columns that every recording has.
+///
+/// Raises
+/// ------
+/// MissingFileError
+///     There is no such file.
+/// InputError
+///     It is no recording, or holds values that no rig measures.
+#[pyfunction]
+#[pyo3(signature = (path, *, robot = None, from_s = None, to_s = None, most_samples = None))]
+pub fn read(
+    py: Python<'_>,
+    path: PathBuf,
+    robot: Option<String>,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    most_samples: Option<usize>,
+) -> PyResult<Recording> {
+    let window = Window { from_s, to_s };
+    // All rows, unless somebody wants fewer.
+    let options = ReadOptions { limit: most_samples.unwrap_or(usize::MAX), robot, window, ..ReadOptions::default() };
+    let file = path.clone();
+    let run = interruptible(py, move |_| Run::load(&file, &options))?.map_err(|error| unusable_file(&path, &error))?;
+    Ok(Recording::new(run, serde_json::Map::new()))
+}

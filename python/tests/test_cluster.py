@@ -1,0 +1,178 @@
+"""Sweeps on a cluster: the rows of one machine, whatever dies meanwhile."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import scram
+from scram import cluster
+from scram._scram import Sweep
+
+#: Conditions and length such that a sweep is long enough to kill something in the middle of it.
+OPTIONS = ["--axis", "ground.friction=0.5:1.0:6", "--axis", "f=-8,-7,7,8", "--seconds", "0.5", "--repeats", "8"]
+RUNS = 6 * 4 * 8
+
+
+@pytest.fixture(scope="module")
+def swept(command: str, root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The directory of the same sweep by the command."""
+    out = tmp_path_factory.mktemp("command")
+    subprocess.run([command, "sweep", *OPTIONS, "--out", str(out)], cwd=root, check=True, capture_output=True)
+    return out
+
+
+def test_rows_made_in_any_order_are_the_commands(swept: Path, tmp_path: Path) -> None:
+    driver = Sweep([*OPTIONS, "--out", str(tmp_path)])
+    task = cluster.task_of(driver, [*OPTIONS, "--out", str(tmp_path)])
+    pending = driver.open()
+    assert sum(map(len, pending)) == driver.total == RUNS
+    rows, seconds = cluster.make_rows(task, pending[::-1])
+    assert seconds > 0.0
+    driver.book(rows)
+    assert [file.name for file in map(Path, driver.finish())] == ["sweep.csv"]
+    for name in ("sweep.csv", "sweep.toml"):
+        assert (tmp_path / name).read_bytes() == (swept / name).read_bytes(), name
+
+
+def test_paths_are_kept_where_the_command_keeps_them(command: str, root: Path, tmp_path: Path) -> None:
+    options = ["--axis", "alpha=0,90", "--axis", "f=7", "--seconds", "0.2", "--repeats", "2", "--drive", "ideal"]
+    one, other = tmp_path / "command", tmp_path / "driver"
+    subprocess.run([command, "sweep", *options, "--out", str(one)], cwd=root, check=True, capture_output=True)
+    driver = Sweep([*options, "--out", str(other)])
+    for group in driver.open():
+        driver.book(driver.rows(group))
+    driver.finish()
+    for name in ("sweep.csv", "sweep_paths.csv", "sweep.toml"):
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name
+
+
+def test_the_command_goes_on_where_a_driver_stopped(command: str, swept: Path, root: Path, tmp_path: Path) -> None:
+    driver = Sweep([*OPTIONS, "--out", str(tmp_path)])
+    groups = driver.open()
+    for group in groups[: len(groups) // 2]:
+        driver.book(driver.rows(group))
+    done = driver.done
+    with pytest.raises(scram.ScramError, match="a sweep is running in"):
+        Sweep([*OPTIONS, "--out", str(tmp_path)]).open()
+    del driver
+    told = subprocess.run(
+        [command, "sweep", *OPTIONS, "--out", str(tmp_path)], cwd=root, check=True, capture_output=True, text=True
+    )
+    assert f"{done} of {RUNS} runs were in" in told.stderr
+    assert (tmp_path / "sweep.csv").read_bytes() == (swept / "sweep.csv").read_bytes()
+
+
+def test_a_worker_that_makes_other_rows_refuses(tmp_path: Path) -> None:
+    driver = Sweep([*OPTIONS, "--out", str(tmp_path)])
+    task = cluster.task_of(driver, OPTIONS)
+    other = cluster.Task(task.arguments, task.files, task.about + "\n# another machine\n")
+    with pytest.raises(scram.ScramError, match="this node makes other rows"):
+        cluster.make_rows(other, [[0]])
+
+
+def test_a_robot_file_travels_with_its_base(root: Path, tmp_path: Path) -> None:
+    files = [file for file in sorted((root / "robots").glob("*.toml")) if "base = " in file.read_text()]
+    based = next(file for file in files if scram.Robot(file).has_body)
+    options = ["--robot", str(based), "--axis", "f=7", "--seconds", "0.2", "--repeats", "1", "--out", str(tmp_path)]
+    driver = Sweep(options)
+    task = cluster.task_of(driver, options)
+    assert len(task.files) > 1
+    rows, _ = cluster.make_rows(task, driver.open())
+    assert len(rows) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--axis", "ground.frictoin=0.5"], "no such quantity"),
+        (["--axis", "f"], "there is no `=`"),
+        (["--step", "3e-4"], "--step 0.0003 does not go into"),
+        (["--seconds", "0"], "seconds must be a number"),
+        (["--robot", "nowhere.toml"], "no such file"),
+        (["--search", "5"], "--search"),
+    ],
+)
+def test_wrong_options_say_what_is_wrong(options: list[str], says: str) -> None:
+    with pytest.raises(scram.ScramError, match=says):
+        Sweep(options)
+
+
+def test_the_recipe_for_an_array_of_jobs(swept: Path, root: Path, tmp_path: Path) -> None:
+    recipe = (root / "docs" / "cluster.md").read_text()
+    script = tmp_path / "sweep.sbatch"
+    script.write_text("#!/bin/sh\n" + recipe.split("```sh\n#!/bin/sh\n")[1].split("```")[0])
+    out = tmp_path / "out"
+    sweep = " ".join([*OPTIONS, "--out", str(out)])
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+
+    def job(part: int) -> None:
+        slurm = {"SLURM_ARRAY_TASK_ID": str(part), "SLURM_ARRAY_TASK_COUNT": "3", "SWEEP": sweep, "PATH": path}
+        subprocess.run(["sh", str(script)], cwd=root, check=True, capture_output=True, env={**os.environ, **slurm})
+
+    for part in (0, 2):
+        job(part)
+    with pytest.raises(scram.ScramError, match=f"of {RUNS} runs are in no part"):
+        cluster.collect(sweep.split())
+    job(1)
+    assert cluster.main(["collect", *sweep.split()]) == 0
+    assert (out / "sweep.csv").read_bytes() == (swept / "sweep.csv").read_bytes()
+
+
+# Read when Ray is imported: the nodes of a test stay on the loopback interface.
+os.environ.setdefault(cluster.LOOPBACK, "0")
+cluster_utils: Any = pytest.importorskip("ray.cluster_utils")
+
+
+def finished(process: "subprocess.Popen[str]", seconds: float) -> str:
+    try:
+        _, said = process.communicate(timeout=seconds)
+    finally:
+        process.kill()
+    assert process.returncode == 0, said
+    return said
+
+
+def rows_of(table: Path) -> int:
+    return max(0, table.read_bytes().count(b"\n") - 1) if table.exists() else 0
+
+
+def until(condition: Callable[[], bool], seconds: float = 90.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not come to that"
+        time.sleep(0.05)
+
+
+def test_a_node_and_a_driver_die_and_no_row_is_lost(swept: Path, root: Path, tmp_path: Path) -> None:
+    loopback = {"node_ip_address": "127.0.0.1", "num_cpus": 1}
+    nodes = cluster_utils.Cluster(initialize_head=True, head_node_args={**loopback, "include_dashboard": False})
+    doomed = nodes.add_node(**loopback)
+    nodes.wait_for_nodes()
+    table = tmp_path / "sweep.csv"
+    arguments = [sys.executable, "-m", "scram.cluster", "sweep", *OPTIONS, "--address", nodes.address]
+    try:
+        def driver() -> "subprocess.Popen[str]":
+            return subprocess.Popen([*arguments, "--out", str(tmp_path)], cwd=root, stderr=subprocess.PIPE, text=True)
+
+        first = driver()
+        until(lambda: rows_of(table) >= 16)
+        os.kill(first.pid, signal.SIGKILL)
+        first.communicate()
+        kept = rows_of(table)
+        assert 16 <= kept < RUNS
+        second = driver()
+        until(lambda: rows_of(table) > kept)
+        nodes.remove_node(doomed, allow_graceful=False)
+        assert rows_of(table) < RUNS, "the node died in the middle"
+        said = finished(second, 240.0)
+        assert f"of {RUNS} runs were there already" in said
+    finally:
+        nodes.shutdown()
+    assert table.read_bytes() == (swept / "sweep.csv").read_bytes()

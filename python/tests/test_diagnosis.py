@@ -1,0 +1,108 @@
+"""Diagnosis and identification from Python."""
+
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scram
+
+
+@pytest.fixture(scope="module")
+def example(root: Path) -> tuple[scram.Robot, list[Path]]:
+    folder = root / "examples" / "hidden-effect"
+    return scram.Robot(folder / "robot.toml"), sorted(folder.glob("*.csv"))
+
+
+@pytest.fixture(scope="module")
+def diagnosis(example: tuple[scram.Robot, list[Path]]) -> scram.Diagnosis:
+    robot, runs = example
+    return scram.diagnose(robot, runs[:-1], runs[-1:])
+
+
+def test_the_hidden_effect_is_named(diagnosis: scram.Diagnosis) -> None:
+    assert diagnosis.verdict == "explained"
+    assert [cause.effect for cause in diagnosis.causes] == ["gravity_tilt"]
+    assert diagnosis.after_rad < 0.5 * diagnosis.before_rad
+    assert any(path.startswith("effects.gravity_tilt.") for path in diagnosis.robot.quantities)
+    value, low, high = diagnosis.percent_removed
+    assert low <= value <= high
+    with pytest.raises(FrozenInstanceError):
+        diagnosis.verdict = "nothing"  # type: ignore[misc]
+
+
+def test_a_notebook_shows_the_report(diagnosis: scram.Diagnosis) -> None:
+    shown = diagnosis._repr_html_()
+    assert shown.startswith("<iframe srcdoc=") and "gravity_tilt" in shown
+    assert "<script" not in diagnosis.html and diagnosis.html.startswith("<!DOCTYPE html>")
+
+
+def test_a_run_is_fitted_on_or_judged_by(example: tuple[scram.Robot, list[Path]]) -> None:
+    robot, runs = example
+    with pytest.raises(scram.InputError, match="is there twice"):
+        scram.diagnose(robot, runs, runs[-1:])
+    with pytest.raises(scram.InputError, match="no recording is held out"):
+        scram.diagnose(robot, runs, [])
+    with pytest.raises(scram.InputError, match="the effects of a shaft are"):
+        scram.diagnose(robot, runs[:-1], runs[-1:], also_try=["gravity"])
+
+
+def test_a_recording_of_another_rig_is_refused(root: Path, example: tuple[scram.Robot, list[Path]]) -> None:
+    _, runs = example
+    with pytest.raises(scram.InputError, match="is this the right robot file"):
+        scram.diagnose(scram.Robot(root / "robots" / "motor-136.toml"), runs[:-1], runs[-1:])
+
+
+def test_a_potentiometer_is_calibrated(root: Path) -> None:
+    robot = scram.Robot(root / "robot.toml")
+    run = scram.simulate(robot, "duty:1", seconds=2.5, bench=True)
+    fit = scram.identify_potentiometer(robot, run)
+    assert fit.after_rms_deg < 0.5 * fit.before_rms_deg
+    assert fit._repr_html_().count("<svg") == 1
+    better = scram.simulate(fit.robot, "freq:7", seconds=1.0, bench=True)
+    plain = scram.simulate(robot, "freq:7", seconds=1.0, bench=True)
+    assert better.metrics["estimate_rms_deg"] < plain.metrics["estimate_rms_deg"]
+
+
+def test_a_motor_is_identified(example: tuple[scram.Robot, list[Path]]) -> None:
+    robot, runs = example
+    fit = scram.identify_motor(robot, runs[:-1], runs[-1:], resistance_ohm=robot.quantities["motor.resistance_ohm"].value)
+    paths = {number.path for number in fit.numbers}
+    assert {"motor.resistance_ohm", "motor.torque_constant_nm_per_a"} <= paths
+    assert fit.noise_rad > 0.0 and all(one.low <= one.value <= one.high for one in fit.numbers)
+    assert "motor.resistance_ohm" in fit._repr_html_()
+
+
+def test_a_backbone_swings_the_same_from_a_file_and_from_arrays(root: Path) -> None:
+    robot = scram.Robot(root / "robot.toml")
+    files = sorted((root / "examples" / "backbone").glob("release-*.csv"))
+    from_files = scram.identify_backbone(robot, files[:2])
+    assert any(number.told for number in from_files.numbers)
+    assert all(robot.quantities[one.path].value == one.file for one in from_files.numbers)
+
+    def release(file: Path) -> scram.Release:
+        table = np.genfromtxt(file, delimiter=",", names=True)
+        names = [name for name in table.dtype.names or () if name.startswith("angle_")]
+        axes = {name: axis for axis, name in enumerate("xyz")}
+        angles = np.full((len(table), 3), np.nan)
+        for name in names:
+            _, axis, unit = name.split("_")
+            angles[:, axes[axis]] = table[name] if unit == "rad" else np.radians(table[name])
+        return scram.Release(file.stem, table["t_s"], angles)
+
+    from_arrays = scram.identify_backbone(robot, [release(file) for file in files[:2]])
+    for one, other in zip(from_files.numbers, from_arrays.numbers, strict=True):
+        # A file's three angles are made one rotation, those of arrays are one already: nearly the same where they are small.
+        assert one.value == pytest.approx(other.value, rel=0.02)
+    with pytest.raises(scram.InputError, match="wrong shape"):
+        scram.identify_backbone(robot, [scram.Release("a", [0.0, 1.0], np.zeros((2, 2)))])
+
+
+def test_speeds_that_tell_nothing_are_refused(root: Path) -> None:
+    robot = scram.Robot(root / "robot.toml")
+    with pytest.raises(scram.InputError, match="no column alpha_deg"):
+        scram.identify_robot(robot, {"f_hz": [7.0]})
+    one = {name: [1.0] for name in ("f_hz", "alpha_deg", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s")}
+    with pytest.raises(scram.InputError, match="conditions with a speed"):
+        scram.identify_robot(robot, one)

@@ -1,0 +1,88 @@
+"""Recordings in numpy, pandas, Arrow, and back in files."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scram
+
+
+@pytest.fixture(scope="module")
+def walk(root: Path) -> scram.Recording:
+    return scram.simulate(scram.Robot(root / "robot.toml"), "freq:7", seconds=0.4, seed=2)
+
+
+@pytest.mark.parametrize("name", ["run.csv", "run.mcap"])
+def test_what_is_read_is_what_was_written_and_is_written_the_same(
+    walk: scram.Recording, tmp_path: Path, name: str
+) -> None:
+    walk.write(tmp_path / name)
+    read = scram.read(tmp_path / name)
+    assert set(read.columns) == set(walk.columns)
+    for column in walk.columns:
+        assert read[column].dtype == walk[column].dtype
+        np.testing.assert_array_equal(read[column], walk[column], column)
+    assert read.metadata == walk.metadata and read.metadata["seed"] == 2
+    assert read.commands == walk.commands
+    assert read.notes == []
+    again = tmp_path / f"again-{name}"
+    read.write(again)
+    assert again.read_bytes() == (tmp_path / name).read_bytes()
+
+
+def test_columns_are_numpy_arrays(walk: scram.Recording) -> None:
+    assert walk["t_s"].shape == (400,) and walk["t_s"].dtype == np.float64
+    assert walk["enable"].dtype == np.bool_
+    assert np.isnan(walk["estimate_angle_rad"][0]), "nothing is believed before the angle is acquired"
+    assert {"x_m", "y_m", "yaw_rad", "truth_angle_rad", "battery_adc", "state"} <= set(walk.columns)
+    with pytest.raises(KeyError, match="no column `speed`; there are t_s"):
+        walk["speed"]
+
+
+def test_pandas_and_arrow_have_every_column(walk: scram.Recording) -> None:
+    frame, table = walk.to_pandas(), walk.to_arrow()
+    assert list(frame.columns) == walk.columns == table.column_names
+    assert len(frame) == len(walk) == table.num_rows
+    np.testing.assert_array_equal(frame["duty"].to_numpy(), walk["duty"])
+
+
+def test_a_missing_library_says_what_to_install(walk: scram.Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(scram.ScramError, match=r"pip install 'scram\[arrow\]'"):
+        walk.to_arrow()
+
+
+def test_a_part_of_a_recording(walk: scram.Recording, tmp_path: Path) -> None:
+    walk.write(tmp_path / "run.csv")
+    part = scram.read(tmp_path / "run.csv", from_s=0.1, to_s=0.2)
+    inside = (walk["t_s"] >= 0.1) & (walk["t_s"] <= 0.2)
+    np.testing.assert_array_equal(part["duty"], walk["duty"][inside])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "error", "says"),
+    [
+        ("none.csv", None, FileNotFoundError, "none.csv"),
+        ("run.txt", "t_s\n", ValueError, "run.txt"),
+        ("run.csv", "t_s,duty,angle_rad\n0,0.5,x\n", ValueError, "line 2.*angle_rad.*`x` is not a number"),
+        ("run.csv", "t_s,duty\n0,0.5\n", ValueError, "angle_rad"),
+    ],
+)
+def test_a_file_that_cannot_be_used_says_why(
+    tmp_path: Path, name: str, text: str | None, error: type[Exception], says: str
+) -> None:
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(error, match=says) as caught:
+        scram.read(tmp_path / name)
+    assert isinstance(caught.value, scram.ScramError)
+
+
+def test_a_file_that_cannot_be_written_says_why(walk: scram.Recording, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(scram.ScramError, match=r"run\.\w+: Not a directory"):
+        walk.write(tmp_path / "file" / "run.csv")
+    with pytest.raises(scram.ScramError, match="run.txt"):
+        walk.write(tmp_path / "run.txt")

@@ -1,0 +1,73 @@
+"""Robot files from Python."""
+
+import pickle
+from pathlib import Path
+
+import pytest
+
+import scram
+
+
+@pytest.fixture(scope="module")
+def robot(root: Path) -> scram.Robot:
+    return scram.Robot(root / "robot.toml")
+
+
+def test_a_robot_has_name_and_quantities(robot: scram.Robot) -> None:
+    assert robot.name == "scram-26" and robot.has_body
+    resistance = robot.quantities["motor.resistance_ohm"]
+    assert resistance.low <= resistance.value <= resistance.high
+    assert resistance.source
+
+
+def test_overrides_change_what_they_name_and_nothing_else(root: Path, robot: scram.Robot) -> None:
+    other = scram.Robot(root / "robot.toml", **{"motor.resistance_ohm": 18.5})
+    changed = {path for path, quantity in other.quantities.items() if quantity != robot.quantities[path]}
+    assert changed == {"motor.resistance_ohm"}
+    assert other.quantities["motor.resistance_ohm"].value == 18.5
+    assert robot.replace(**{"motor.resistance_ohm": 18.5}).text == other.text
+
+
+@pytest.mark.parametrize(
+    ("overrides", "says"),
+    [
+        ({"motor.resistence_ohm": 18.0}, "help: near are motor.resistance_ohm"),
+        ({"motor.resistance_ohm": -1.0}, "motor.resistance_ohm=-1"),
+        ({"motor.resistance_ohm": float("nan")}, "not a finite number"),
+        ({"motor.resistance_ohm": "much"}, "not a finite number"),
+    ],
+)
+def test_a_wrong_override_says_what_to_do(robot: scram.Robot, overrides: dict[str, float], says: str) -> None:
+    with pytest.raises(scram.InputError, match=says):
+        robot.replace(**overrides)
+
+
+def test_a_missing_file_is_a_file_not_found_error(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="no such file") as caught:
+        scram.Robot(tmp_path / "none.toml")
+    assert isinstance(caught.value, scram.ScramError)
+
+
+def test_a_broken_file_says_line_and_field(tmp_path: Path, root: Path) -> None:
+    text = (root / "robot.toml").read_text().replace("resistance_ohm = { value = ", "resistance_ohm = { value = -")
+    broken = tmp_path / "broken.toml"
+    broken.write_text(text)
+    with pytest.raises(ValueError, match=r"broken\.toml:\d+: motor\.resistance_ohm"):
+        scram.Robot(broken)
+
+
+def test_draws_stay_within_the_spreads_and_come_again(robot: scram.Robot) -> None:
+    one, again, other = robot.draw(3), robot.draw(3), robot.draw(4)
+    assert one.text == again.text != other.text
+    resistance, spread = one.quantities["motor.resistance_ohm"], robot.quantities["motor.resistance_ohm"]
+    assert resistance.value != spread.value
+    assert spread.low <= resistance.value <= spread.high
+    tick = "controller.tick_s"
+    assert one.quantities[tick] == robot.quantities[tick]
+
+
+def test_a_robot_survives_a_file_and_a_pickle(robot: scram.Robot, tmp_path: Path) -> None:
+    drawn = robot.draw(5)
+    drawn.write(tmp_path / "drawn.toml")
+    assert scram.Robot(tmp_path / "drawn.toml").quantities == drawn.quantities
+    assert pickle.loads(pickle.dumps(drawn)).quantities == drawn.quantities
