@@ -218,7 +218,7 @@ impl<K: Kind> Model<K> {
         let mut surroundings = Surroundings::new(&plan, K::BODIES);
         if let Some(surroundings) = &mut surroundings {
             if base.feet.is_some() {
-                let at = |lane: usize| Some((base_links[lane / 2], plan(lane / 2))).filter(|_| lane % 2 == 0);
+                let at = |lane: usize| Some((base_links[lane / 2], plan(lane / 2))).filter(|_| lane.is_multiple_of(2));
                 surroundings.add(K::Store::WIDTH, step, &at);
             }
             for (depth, _) in arm.iter().enumerate().filter(|(_, index)| links[**index].feet.is_some()) {
