@@ -115,7 +115,7 @@ fn a_wall_out_of_reach_changes_no_bit_nor_does_company_with_walls() {
             bodies.advance(3000, &vec![drive; plans.len()]);
             (0..plans.len()).map(|i| bodies.snapshot(i)).collect::<Vec<_>>()
         };
-        let alone = snapshots(&[free.clone()]);
+        let alone = snapshots(std::slice::from_ref(&free));
         let together = snapshots(&[narrow.clone(), free, walled]);
         assert_eq!(alone[0], together[1]);
         assert_eq!(alone[0], together[2]);

@@ -15,7 +15,10 @@ CALLS = {
 }
 
 PROGRAM = """
+import signal
 import scram
+# Ctrl-C is ignored in what a shell starts in the background, and these tests may be.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 robot = scram.Robot("robot.toml")
 columns = {
     "f_hz": [6, 7, 8, 6, 7, 8, 6, 7, 8],

@@ -181,7 +181,7 @@ mod tests {
         let reward = turn.reward(&moved([0.1, 0.2, 0.30], [0.103, 0.204, 0.31]));
         assert!((reward + 0.15).abs() < 1e-12, "{reward}");
         // Over ±π it turns on.
-        let reward = turn.reward(&moved([0.1, 0.2, 3.14], [0.1, 0.2, 3.16 - std::f64::consts::TAU]));
+        let reward = turn.reward(&moved([0.1, 0.2, 3.13], [0.1, 0.2, 3.15 - std::f64::consts::TAU]));
         assert!(reward.abs() < 1e-12, "{reward}");
         // The other way: −0.25 rad/s is 0.75 off.
         let reward = turn.reward(&moved([0.1, 0.2, 0.31], [0.1, 0.2, 0.30]));

@@ -174,7 +174,7 @@ fn tell(outcomes: &[Outcome], arguments: &Arguments, first: u64, total: u64) -> 
     for bar in &bars {
         println!("{}", bar.line);
     }
-    if let Some(line) = report::lowest_wins(&outcomes) {
+    if let Some(line) = report::lowest_wins(outcomes) {
         println!("{line}");
     }
     for outcome in outcomes.iter().filter(|outcome| !outcome.passed()) {
