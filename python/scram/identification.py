@@ -32,6 +32,11 @@ class Number:
     """Whether the measurements tell it, or it hangs on what is believed."""
 
 
+def _number(path: str, said: Mapping[str, Any]) -> Number:
+    """A number of a path, as the extension says it."""
+    return Number(path, said["value"], said["low"], said["high"], said["file"], said["told"])
+
+
 @dataclass(frozen=True, eq=False)
 class _Fit:
     """What every fit has; in a notebook it shows a table and a plot."""
@@ -226,8 +231,7 @@ def identify_backbone(
     )
     said = found["said"]
     numbers = [
-        Number(f"backbone.{one['field']}", one["value"], one["low"], one["high"], one["file"], one["told"])
-        for one in said["hinges"]
+        _number(f"backbone.{one['field']}", one) for one in said["hinges"]
     ]
     return BackboneFit(
         robot=found["robot"],
@@ -280,8 +284,7 @@ def identify_robot(
     )
     said = found["said"]
     numbers = [
-        Number(one["path"], one["value"], one["low"], one["high"], one["file"], one["told"])
-        for one in said["parameters"]
+        _number(one["path"], one) for one in said["parameters"]
     ]
     before, after = said["thesis_loss"]
     return RobotFit(

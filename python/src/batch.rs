@@ -5,10 +5,8 @@ use hal_sim::body::Precision;
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use simulation::{Drive, DriveCommand, Step};
-use sweep::{
-    Axis, Campaign, Design, DriveKind, Factor, LONGEST_S, Measures, PATH_POINTS, Run, RunSettings, SweepError,
-};
+use simulation::{Drive, DriveCommand, LONGEST_S, Step};
+use sweep::{Axis, Campaign, Design, DriveKind, Factor, Measures, PATH_POINTS, Run, RunSettings, SweepError};
 
 use crate::errors::{InputError, wrong_input};
 use crate::interrupt::interruptible;

@@ -137,34 +137,22 @@ fn word<T: PartialEq>(value: &T, known: &[(&'static str, T)]) -> &'static str {
 pub fn environment_defaults<'py>(py: Python<'py>, task: &str) -> PyResult<Bound<'py, PyDict>> {
     let values = PyDict::new(py);
     let task = match task {
-        "turn" => {
-            let turn = Turn::default();
-            values.set_item("yaw_rate_rad_per_s", turn.desired_rad_per_s)?;
-            values.set_item("k_rot", turn.k_rot)?;
-            values.set_item("k_pos", turn.k_pos)?;
-            Task::Turn(turn)
-        }
-        "straight" => {
-            let straight = Straight::default();
-            values.set_item("k_ahead", straight.k_ahead)?;
-            values.set_item("k_side", straight.k_side)?;
-            values.set_item("k_heading", straight.k_heading)?;
-            Task::Straight(straight)
-        }
+        "turn" => Task::Turn(Turn::default()),
+        "straight" => Task::Straight(Straight::default()),
         "maze" => {
-            let run = MazeRun::new(Maze::figure_5_5(Maze::CELL_M));
-            values.set_item("cell_m", run.maze.cell_m())?;
-            let [columns, rows] = run.maze.size();
+            let maze = Maze::figure_5_5(Maze::CELL_M);
+            values.set_item("cell_m", maze.cell_m())?;
+            let [columns, rows] = maze.size();
             values.set_item("columns", columns)?;
             values.set_item("rows", rows)?;
             values.set_item("maze_seed", MAZE_SEED)?;
-            values.set_item("k_progress", run.k_progress)?;
-            values.set_item("k_step", run.k_step)?;
-            values.set_item("k_exit", run.k_exit)?;
-            Task::Maze(run)
+            Task::Maze(MazeRun::new(maze))
         }
         other => return Err(InputError::new_err(format!("task: there is no `{other}`"))),
     };
+    for (name, value) in task.weights() {
+        values.set_item(name, value)?;
+    }
     let definition = Definition::new(task);
     values.set_item("frequencies_hz", definition.frequencies_hz)?;
     values.set_item("interval_s", definition.interval_s)?;

@@ -6,6 +6,13 @@ import { fileURLToPath } from "node:url";
 
 export const root = fileURLToPath(new URL("../../", import.meta.url));
 const installed = `${root}target/browser/`;
+export const directory = `${root}target/browser`;
+
+export const LAPTOP = { viewport: { width: 1280, height: 800 } };
+export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
+// Drawing without a graphics card is slow beside other work.
+export const PATIENCE_MS = 90_000;
+
 const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
 
 const ARGUMENTS = [
@@ -35,4 +42,19 @@ export function launch({ webgl = true } = {}) {
   const { chromium } = createRequire(installed)("playwright-core");
   const gl = webgl ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
   return chromium.launch({ executablePath: chromiumPath, args: [...ARGUMENTS, ...gl] });
+}
+
+/** What of a page is cut off or too small to touch, by name; with `visible` only of what the page shows. */
+export function outside(page, selector, { visible = false } = {}) {
+  return page.evaluate(
+    ([selector, visible]) =>
+      [...document.querySelectorAll(selector)]
+        .filter((element) => !visible || element.checkVisibility())
+        .filter((element) => {
+          const box = element.getBoundingClientRect();
+          return box.left < -1 || box.right > innerWidth + 1 || box.top < 0 || box.bottom > innerHeight + 1 || box.height < 16;
+        })
+        .map((element) => element.id || element.className || element.textContent),
+    [selector, visible],
+  );
 }

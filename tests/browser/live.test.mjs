@@ -5,15 +5,10 @@ import { spawn } from "node:child_process";
 import { createServer } from "node:http";
 import { mkdirSync } from "node:fs";
 import { after, afterEach, before, describe, it } from "node:test";
-import { launch, missing, root } from "./browser.mjs";
+import { LAPTOP, PATIENCE_MS, PHONE, directory, launch, missing, outside, root } from "./browser.mjs";
 
-const LAPTOP = { viewport: { width: 1280, height: 800 } };
 // Where it does not matter how the page is laid out: a small picture is drawn quickly.
 const SMALL = { viewport: { width: 760, height: 420 } };
-const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
-// Drawing without a graphics card is slow beside other work.
-const PATIENCE_MS = 90_000;
-const directory = `${root}target/browser`;
 
 /** `scram view --live --sim` with further words; its address, and how it is ended as by Ctrl-C. */
 async function serve(...words) {
@@ -189,16 +184,7 @@ describe("robots while they run", { skip: missing() }, () => {
     for (const colorScheme of ["light", "dark"]) {
       it(`shows every button on a ${name} in ${colorScheme}`, async () => {
         const { page, heard } = await open(drives.url, { ...device, colorScheme, on: browser });
-        const outside = await page.evaluate(() =>
-          [...document.querySelectorAll("button, label, input[type=text], .card, .plots canvas")]
-            .filter((element) => element.checkVisibility())
-            .filter((element) => {
-              const box = element.getBoundingClientRect();
-              return box.left < -1 || box.right > innerWidth + 1 || box.top < 0 || box.bottom > innerHeight + 1 || box.height < 16;
-            })
-            .map((element) => element.id || element.className || element.textContent),
-        );
-        assert.deepEqual(outside, []);
+        assert.deepEqual(await outside(page, "button, label, input[type=text], .card, .plots canvas", { visible: true }), []);
         assert.deepEqual(heard.said, []);
       });
     }

@@ -4,13 +4,8 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { after, afterEach, before, describe, it } from "node:test";
-import { launch, missing, root } from "./browser.mjs";
+import { LAPTOP, PATIENCE_MS, PHONE, directory, launch, missing, outside, root } from "./browser.mjs";
 
-const LAPTOP = { viewport: { width: 1280, height: 800 } };
-const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
-// Drawing without a graphics card is slow beside other work.
-const PATIENCE_MS = 90_000;
-const directory = `${root}target/browser`;
 const file = process.env.VIEW_PAGE ?? `${directory}/walk.html`;
 
 describe("the robot in 3D", { skip: missing() }, () => {
@@ -216,15 +211,7 @@ describe("the robot in 3D", { skip: missing() }, () => {
           const { share } = await seen(page, COURIER);
           assert.ok(share > 0.4 && share < 25, `from ${view} the courier covers ${share.toFixed(2)} %`);
         }
-        const outside = await page.evaluate(() =>
-          [...document.querySelectorAll("button, label, #slider, .card, .legend")]
-            .filter((element) => {
-              const box = element.getBoundingClientRect();
-              return box.left < -1 || box.right > innerWidth + 1 || box.top < 0 || box.bottom > innerHeight + 1 || box.height < 16;
-            })
-            .map((element) => element.id || element.className || element.textContent),
-        );
-        assert.deepEqual(outside, []);
+        assert.deepEqual(await outside(page, "button, label, #slider, .card, .legend"), []);
         assert.deepEqual(heard.said, []);
           });
     }

@@ -13,17 +13,22 @@ gets, and the same rule judges it, but for one: a term that stands for several e
 import csv
 import json
 import sys
+import tomllib
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pysindy
 
-# A linear motor, which is in every model: u is the duty while the bridge drives, w the speed, e whether it drives.
+# A linear motor, which is in every model: u is the drive as the speed (rad/s) at which no current flows, 0 while the bridge is open, w the
+# speed, e whether the bridge drives.
 LINEAR = {"u": lambda th, w, u, e, t: u, "e w": lambda th, w, u, e, t: e * w, "w": lambda th, w, u, e, t: w}
 
 # Scale of the speed over which friction weakens, rad/s: one of a few, as a library has to be linear.
 SLOW = 10.0
+
+# Below this drive, rad/s, its sign is in doubt.
+WEAK = 4.0
 
 
 def smooth_sign(x, width):
@@ -32,7 +37,7 @@ def smooth_sign(x, width):
 
 
 def at_drive(u, e):
-    return e * smooth_sign(u, 0.02)
+    return e * smooth_sign(u, WEAK)
 
 
 # Terms by the effects that they stand for; what no function of the present state and drive expresses has none.
@@ -48,7 +53,7 @@ TERMS = {
     "sign u": (["driver_drop_by_command", "driver_deadband"], lambda th, w, u, e, t: at_drive(u, e)),
     "sign i": (
         ["driver_drop", "driver_dead_time"],
-        lambda th, w, u, e, t: e * smooth_sign(u - w / FREE_SPEED, 0.02),
+        lambda th, w, u, e, t: e * smooth_sign(u - w, WEAK),
     ),
     "u |u|": (["battery_sag"], lambda th, w, u, e, t: u * np.abs(u)),
     "u t": (["battery_discharge", "winding_heating"], lambda th, w, u, e, t: u * t),
@@ -59,10 +64,6 @@ TERMS = {
     for name, f in (("sin", np.sin), ("cos", np.cos))
 }
 
-# Of the bench's motor at full duty, rad/s: where the current changes its sign. Rounded from its robot file, which the data sets' motors
-# are 10 to 50 % off.
-FREE_SPEED = 160.0
-
 THRESHOLDS = np.geomspace(1e-3, 0.3, 12)
 
 # A sparser model may predict held-out acceleration worse than the best by this share.
@@ -72,25 +73,32 @@ NEARLY = 1.01
 ROWS_PER_S = 200
 
 
+def free_speed(directory):
+    """Of the motor at the whole duty by a data set's robot file, rad/s."""
+    robot = tomllib.loads((directory / "robot.toml").read_text())
+    return robot["supply"]["rail_v"]["value"] / robot["motor"]["torque_constant_nm_per_a"]["value"]
+
+
 def read(path):
-    """Time, angle (unwrapped), duty (0 while the bridge is open) and whether it drives, of one run."""
+    """Time, angle (unwrapped), drive (0 while the bridge is open) and whether it drives, of one run."""
     with open(path, newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["angle_rad"]]
     column = lambda name: np.array([float(row[name]) for row in rows])
     enable = column("enable")
-    return column("t_s"), np.unwrap(column("angle_rad")), enable * column("duty"), enable
+    drive = enable * column("duty") * free_speed(path.parent)
+    return column("t_s"), np.unwrap(column("angle_rad")), drive, enable
 
 
 def differentiate(run):
     """Angle, speed and acceleration by smoothed finite differences over windows of some 20 ms."""
-    time, angle, duty, enable = run
+    time, angle, drive, enable = run
     window = max(7, 2 * int(0.01 / np.median(np.diff(time))) + 1)
     window = min(window, len(time) // 4 * 2 - 1)
     smooth = pysindy.SmoothedFiniteDifference(smoother_kws={"window_length": window, "polyorder": 3})
     speed = smooth(angle[:, None], time)
     acceleration = smooth(speed, time)[:, 0]
     kept = slice(window, -window, max(1, round(1 / (ROWS_PER_S * np.median(np.diff(time))))))
-    return tuple(column[kept] for column in (angle, speed[:, 0], duty, enable, time)), acceleration[kept]
+    return tuple(column[kept] for column in (angle, speed[:, 0], drive, enable, time)), acceleration[kept]
 
 
 def features(state):

@@ -59,7 +59,7 @@ pub use builder::Kept;
 pub use csv_write::{write_csv, write_csv_run, write_csv_with};
 pub use entries::{Entry, FullRow, entries, entries_with, events};
 pub use error::{Left, Place, RecordingError, RowNumber, does_not_fit, is_disk_full};
-pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_scene, write_mcap_with};
+pub use mcap_write::{write_mcap, write_mcap_run, write_mcap_with};
 pub use metadata::Metadata;
 pub use progress::Progress;
 pub use rig::{mean_supply_v, require_same_rig, supply_problem};

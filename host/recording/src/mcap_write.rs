@@ -43,28 +43,15 @@ pub fn write_mcap_with(
     extra: &[ExtraColumn],
     metadata: &Metadata,
 ) -> Result<(), RecordingError> {
-    write_mcap_run(path, recording, extra, &RunLog::default(), metadata)
+    write_mcap_run(path, recording, extra, &RunLog::default(), None, metadata)
 }
 
-/// [`write_mcap_with`] and what the controller was told and said.
+/// [`write_mcap_with`], what the controller was told and said, and what viewers draw of it. States of the scene after the last sample are
+/// left out.
 ///
 /// # Errors
-/// As [`write_mcap`], and the log does not fit the samples.
+/// As [`write_mcap`]; the log does not fit the samples, or the scene's frames not its states.
 pub fn write_mcap_run(
-    path: &Path,
-    recording: &Recording,
-    extra: &[ExtraColumn],
-    log: &RunLog,
-    metadata: &Metadata,
-) -> Result<(), RecordingError> {
-    write_mcap_scene(path, recording, extra, log, None, metadata)
-}
-
-/// [`write_mcap_run`] and what viewers draw of it. States of the scene after the last sample are left out.
-///
-/// # Errors
-/// As [`write_mcap_run`], and the scene's frames do not fit its states.
-pub fn write_mcap_scene(
     path: &Path,
     recording: &Recording,
     extra: &[ExtraColumn],

@@ -12,7 +12,7 @@ use super::mcap_stream::{Choice, Contents, Kind, records};
 use super::telemetry::At;
 use super::{
     ExtraColumn, LoggedCommand, Metadata, ReadOptions, RecordedEvent, Recording, RecordingError, RunLog, Scene,
-    SessionEvent, Stated, load_with, write_csv_run, write_mcap_scene,
+    SessionEvent, Stated, load_with, write_csv_run, write_mcap_run,
 };
 
 /// Columns of a [`RunLog`], in the order in which they are written.
@@ -71,7 +71,7 @@ impl Run {
         let Self { recording, extra, log, scene, metadata, .. } = self;
         match extension.as_str() {
             "csv" => write_csv_run(path, recording, extra, log, metadata),
-            "mcap" => write_mcap_scene(path, recording, extra, log, scene.as_ref(), metadata),
+            "mcap" => write_mcap_run(path, recording, extra, log, scene.as_ref(), metadata),
             _ => Err(RecordingError::UnknownKind { path: path.to_owned() }),
         }
     }

@@ -6,7 +6,7 @@ use foxglove::Decode;
 use foxglove::messages::{FrameTransforms, PoseInFrame, SceneUpdate};
 use recording::{
     AngleReading, Drive, Form, Metadata, Recording, RunLog, Scene, SceneFoot, SceneFrame, ScenePose, SceneState, Shape,
-    WORLD, load, write_mcap, write_mcap_scene,
+    WORLD, load, write_mcap, write_mcap_run,
 };
 
 fn recording(samples: usize) -> Recording {
@@ -44,7 +44,7 @@ fn scene(states: usize) -> Scene {
 }
 
 fn write(path: &Path, scene: &Scene) -> Result<(), recording::RecordingError> {
-    write_mcap_scene(path, &recording(100), &[], &RunLog::default(), Some(scene), &Metadata::default())
+    write_mcap_run(path, &recording(100), &[], &RunLog::default(), Some(scene), &Metadata::default())
 }
 
 /// Messages of a topic, and their times.

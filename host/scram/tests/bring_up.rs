@@ -215,29 +215,17 @@ fn wrong_words_are_refused_before_anything_moves() {
 /// The real program on a pseudo-terminal, with the real serial code.
 #[cfg(unix)]
 mod on_a_port {
-    use super::common::bench::keys;
     use super::common::command::command;
+    use super::common::tty;
     use super::*;
     use hal_sim::radio::Trouble;
     use std::io::Write;
     use std::process::{Output, Stdio};
-    use std::time::Duration;
     use testbed::injected_event::InjectedEvent;
-    use testbed::realtime::{Options, Simulation};
-    use testbed::setup::{DONGLE, pairing};
 
     /// Runs it on an ordinary image, with something typed.
     fn run(directory: &Path, injected_events: &[InjectedEvent], words: &str, typed: &str) -> Output {
-        let injected_events = injected_events.iter().map(|injected_event| (Duration::ZERO, *injected_event)).collect();
-        let options = Options {
-            robots: 1,
-            seed: 1,
-            pairings: vec![Some(pairing(DONGLE, 1, 0))],
-            injected_events,
-            ..Options::default()
-        };
-        let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
-        keys(1, 1).save(&directory.join("keys.toml")).expect("writes");
+        let simulation = tty::start(1, 1, injected_events, directory);
         let port = simulation.port().display();
         let words = format!("bring-up --port {port} --keys keys.toml --robot @/robot.toml {words}");
         let mut child = command(directory, &words)

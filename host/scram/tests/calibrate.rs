@@ -8,15 +8,13 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use common::bench::keys;
-use common::{robot, robot_file};
+use common::{robot_file, tty};
 use control::State;
 use hal_sim::Fault;
 use recording::load;
 use robot_file::Robot;
 use testbed::injected_event::InjectedEvent;
-use testbed::realtime::{Options, Simulation};
-use testbed::setup::{DONGLE, pairing};
+use testbed::realtime::Simulation;
 
 /// A bench on the far end of a pseudo-terminal, in real time, and the keys to it.
 struct OnTty {
@@ -26,18 +24,8 @@ struct OnTty {
 
 impl OnTty {
     fn new(injected_events: &[InjectedEvent]) -> Self {
-        let injected_events = injected_events.iter().map(|injected_event| (Duration::ZERO, *injected_event)).collect();
-        let options = Options {
-            robots: 1,
-            seed: 1,
-            pairings: vec![Some(pairing(DONGLE, 1, 0))],
-            injected_events,
-            ..Options::default()
-        };
-        let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
-        let directory = tempfile::tempdir().expect("a directory");
-        keys(1, 1).save(&directory.path().join("keys.toml")).expect("writes");
-        Self { simulation, keys: directory }
+        let keys = tempfile::tempdir().expect("a directory");
+        Self { simulation: tty::start(1, 1, injected_events, keys.path()), keys }
     }
 
     fn calibrate(&self, out: &Path, arguments: &[&str]) -> Child {

@@ -9,8 +9,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::bench::keys;
-use common::{robot, robot_file};
+use common::{robot_file, tty};
 use control::protocol::radio::Reset;
 use control::{Fault, State};
 use recording::{ReadOptions, SessionEvent, events, load_with};
@@ -18,7 +17,7 @@ use serde_json::Value;
 use testbed::injected_event::InjectedEvent;
 #[cfg(target_os = "linux")]
 use testbed::peers::{skip, skip_anywhere};
-use testbed::realtime::{Options, Simulation};
+use testbed::realtime::Simulation;
 use testbed::setup::{DONGLE, pairing};
 
 const SEED: u64 = 1;
@@ -31,12 +30,8 @@ struct OnTty {
 
 impl OnTty {
     fn new(robots: usize) -> Self {
-        let pairings = (0..robots).map(|index| Some(pairing(DONGLE, SEED, index))).collect();
-        let options = Options { robots, seed: SEED, pairings, ..Options::default() };
-        let simulation = Simulation::start(&robot(), options).expect("a pseudo-terminal");
         let directory = tempfile::tempdir().expect("a directory");
-        keys(robots, SEED).save(&directory.path().join("keys.toml")).expect("writes");
-        Self { simulation, directory }
+        Self { simulation: tty::start(robots, SEED, &[], directory.path()), directory }
     }
 
     /// What a console here begins with; `--out` is not among it.

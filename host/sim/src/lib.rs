@@ -194,31 +194,6 @@ pub fn run_designed_from(
     Ok(closed_loop(SimulatedRobot::with(robot, seed, settings), controller(designed_from)?, plan))
 }
 
-/// Designs the controller of a robot file and runs it on the robot with its body, on the ground.
-///
-/// # Errors
-/// There is no controller for this robot, or no body, or the run blew up.
-pub fn run_on_ground(robot: &Robot, seed: u64, settings: &Settings, plan: &Plan) -> Result<(Trace, Walk), SimError> {
-    run_on_ground_designed_from(robot, robot, seed, settings, plan)
-}
-
-/// As [`run_on_ground`], with the controller of another robot file.
-///
-/// # Errors
-/// As [`run_on_ground`].
-pub fn run_on_ground_designed_from(
-    designed_from: &Robot,
-    robot: &Robot,
-    seed: u64,
-    settings: &Settings,
-    plan: &Plan,
-) -> Result<(Trace, Walk), SimError> {
-    let mut controller = controller(designed_from)?;
-    let mut ground = OnGround::new(robot, seed, settings, plan.seconds).map_err(SimError::Body)?;
-    let Ok(trace) = closed_loop_in(&mut ground, &mut controller, plan);
-    Ok((trace, ground.into_walk()?))
-}
-
 /// Designs the controller of a robot file: the firmware's own, at rest.
 ///
 /// # Errors

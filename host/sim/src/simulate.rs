@@ -10,7 +10,7 @@ use robot_file::Robot;
 use super::decide::Decide;
 use super::ground::{OnGround, Walk};
 use super::scene::scene;
-use super::{Plan, SimError, Trace, closed_loop_in, controller, export};
+use super::{Plan, SimError, Trace, closed_loop_in, closed_loop_with, controller, export};
 
 /// Longest run, s: everything of a run is held in memory.
 pub const LONGEST_S: f64 = 600.0;
@@ -56,8 +56,8 @@ pub fn simulate(
             Ok(Ran { trace, walk: Some(ground.into_walk()?) })
         }
         Place::Bench => {
-            let mut bench = SimulatedRobot::with(robot, seed, &settings);
-            Ok(Ran { trace: closed_loop_in(&mut bench, &mut decider, plan)?, walk: None })
+            let bench = SimulatedRobot::with(robot, seed, &settings);
+            Ok(Ran { trace: closed_loop_with(bench, &mut decider, plan)?, walk: None })
         }
     }
 }

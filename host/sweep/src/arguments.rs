@@ -2,13 +2,12 @@
 
 use clap::{Args, ValueEnum};
 use hal_sim::body::Precision;
+use simulation::LONGEST_S;
 
 use super::axis::{Axis, AxisError, Factor};
 use super::design::{Design, MOST_RUNS};
 use super::trial::{DriveKind, RunSettings, StepError};
 
-/// Longest run, s.
-pub const LONGEST_S: f64 = 600.0;
 /// Repeats of the thesis.
 const REPEATS: u64 = 3;
 

@@ -47,7 +47,7 @@ mod table;
 mod trial;
 mod variant;
 
-pub use arguments::{ArgumentError, LONGEST_S, SweepArguments, Turns};
+pub use arguments::{ArgumentError, SweepArguments, Turns};
 pub use axis::{Axis, AxisError, Factor, significant};
 pub use campaign::{Campaign, Ledger, Row, Run, SweepError, Swept, Target};
 pub use design::{ALPHAS, Design, FREQUENCIES, MORE_FRICTION, MOST_RUNS, USUAL_F_HZ};

@@ -124,7 +124,8 @@ impl Task {
     }
 
     /// Its numbers, with the names under which they are given.
-    pub(crate) fn weights(&self) -> Vec<(&'static str, f64)> {
+    #[must_use]
+    pub fn weights(&self) -> Vec<(&'static str, f64)> {
         match self {
             Self::Turn(Turn { desired_rad_per_s, k_rot, k_pos }) => {
                 vec![("yaw_rate_rad_per_s", *desired_rad_per_s), ("k_rot", *k_rot), ("k_pos", *k_pos)]

@@ -1,6 +1,7 @@
 //! A set: one robot, one specimen, runs to fit and runs held out; and what a diagnosis says about it.
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use diagnose::{Cause, DiagnoseError, Diagnosis, Options, Verdict, diagnose};
@@ -9,7 +10,7 @@ use hal_sim::Settings;
 use rayon::prelude::*;
 use recording::Recording;
 use robot_file::robot::{Correction, Robot, Sensor};
-use simulation::{Drive, DriveCommand, Plan, recording, run, run_on_ground};
+use simulation::{Drive, DriveCommand, Place, Plan, Walk, recording, run};
 
 use super::drives::{KINDS, RUN_S, drive};
 use crate::blind::score::LARGEST_CLASS;
@@ -217,9 +218,9 @@ fn simulate(robot: &Robot, seed: u64, drive: Drive) -> Recording {
 
 fn walk(robot: &Robot, seed: u64, drive: Drive) -> Recording {
     let plan = Plan { drive, seconds: RUN_S, faults: Vec::new() };
-    let (trace, walk) =
-        run_on_ground(robot, seed, &Settings::default(), &plan).unwrap_or_else(|error| panic!("{error}"));
-    Recording { pose: walk.poses_of_rows(), ..recording(&trace, robot) }
+    let ran = simulation::simulate(robot, robot, Place::Ground, seed, &plan, &AtomicBool::new(false))
+        .unwrap_or_else(|error| panic!("{error}"));
+    Recording { pose: ran.walk.as_ref().map_or_else(Vec::new, Walk::poses_of_rows), ..recording(&ran.trace, robot) }
 }
 
 /// The correction that a calibration run of the specimen gives, as `scram identify potentiometer` does; `None` where it

@@ -7,6 +7,8 @@ pub mod bench;
 pub mod command;
 pub mod csv;
 pub mod pil;
+#[cfg(unix)]
+pub mod tty;
 
 use std::path::{Path, PathBuf};
 
