@@ -59,6 +59,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "two minutes: .ci/long"]
     fn a_rest_that_only_one_fitted_run_shows_is_said_with_its_name() {
         let mut all = runs(&Rig::off());
         let mut rubs = Rig::off();

@@ -452,6 +452,7 @@ fn said(file_name: &str, mistake: Mistake) -> RigCheck {
 
 /// [`mistakes_are_said_with_their_mend_and_right_sets_pass`] makes them with the bench's motor.
 #[test]
+#[ignore = "two minutes: .ci/long"]
 fn every_mistake_is_said_of_another_motor_too() {
     for mistake in MISTAKES {
         let check = said("motor-136", mistake);

@@ -5,6 +5,8 @@ mod lines;
 mod maps;
 mod paths;
 mod speeds;
+mod straightness;
+mod turning;
 
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
@@ -13,6 +15,8 @@ use plotters::prelude::*;
 
 pub use maps::{Figure, draw};
 pub use speeds::speeds_svg;
+pub use straightness::{Straightness, straightness_svg};
+pub use turning::{TurningRun, turning_svg};
 
 /// Ink of axes and text.
 const INK: RGBColor = RGBColor(40, 40, 40);

@@ -12,6 +12,7 @@ mod export;
 mod hil;
 mod identify;
 mod import;
+mod learn;
 mod measured;
 mod new_rig;
 mod on_chip;
@@ -64,6 +65,8 @@ enum Sub {
     Import(import::Import),
     NewRig(Box<new_rig::NewRig>),
     Completions(completions::Completions),
+    #[command(subcommand)]
+    Learn(learn::Learn),
     Replay(replay::Replay),
     View(view::View),
     Sweep(sweep::Sweep),
@@ -133,6 +136,7 @@ pub fn run() -> ExitCode {
             Err(failure) => Err(failure),
         },
         Sub::Completions(command) => command.run(),
+        Sub::Learn(command) => command.run(),
         Sub::Replay(command) => command.run(),
         Sub::View(command) => match command.run() {
             Ok(code) if code == ExitCode::SUCCESS => Ok(()),

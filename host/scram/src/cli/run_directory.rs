@@ -69,6 +69,15 @@ pub const DIAGNOSED: Series = Series {
     are: "perhaps what another run found",
 };
 
+/// What `scram learn` learned.
+pub const LEARNED: Series = Series {
+    numbered: "out/learn-NNNN",
+    prefix: "learn-",
+    latest: "latest-learn",
+    kept: &["policy.json", "training.json", "straight.json", "learn.toml"],
+    are: "of another training",
+};
+
 /// What `scram design-experiment` proposed.
 pub const DESIGNED: Series = Series {
     numbered: "out/experiment-NNNN",

@@ -1,0 +1,39 @@
+//! Why there is no training.
+
+/// What can go wrong.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum LearnError {
+    /// A hyperparameter is out of its range.
+    #[error("{name}: expected {expected}")]
+    #[diagnostic(help("it is in the table [ppo] of the learning file"))]
+    Hyperparameter {
+        /// The field.
+        name: &'static str,
+        /// What is expected.
+        expected: String,
+    },
+    /// Another key of the learning file is out of its range.
+    #[error("{name}: expected {expected}")]
+    #[diagnostic(help("it is in the learning file; docs/learning.md lists every key"))]
+    Setting {
+        /// The key with its table.
+        name: &'static str,
+        /// What is expected.
+        expected: String,
+    },
+    /// The environments'.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Task(#[from] tasks::TaskError),
+    /// The networks have no answer any more.
+    #[error("after update {update} the policy gives no probabilities any more")]
+    #[diagnostic(help("lower learning_rate, or the weights of the reward"))]
+    Diverged {
+        /// Which update.
+        update: usize,
+    },
+    /// A checkpoint is not one of this training.
+    #[error("the checkpoint is of another training: {0}")]
+    #[diagnostic(help("begin anew in another directory, or with what the checkpoint was begun with"))]
+    OtherTraining(String),
+}

@@ -1,0 +1,39 @@
+//! Learning to walk by trial: proximal policy optimisation on the environments of the crate `tasks`.
+//!
+//! [`Hyperparameters`] are those of the thesis's Table 5.1, [`Learner`] acts and improves, [`Checkpoint`] lets a training go on that was
+//! stopped, [`Policy`] is what comes of it. The same seed gives the same policy, in every bit, stopped in between or not.
+//!
+//! What it does not do:
+//!
+//! * It simulates nothing: [`Environments`] is what it acts on.
+//! * It draws nothing and prints nothing: [`Progress`] says how an update went.
+
+mod adam;
+mod checkpoint;
+mod environment;
+mod episodes;
+mod error;
+pub mod gait;
+mod hyperparameters;
+mod learner;
+mod loss;
+mod network;
+mod policy;
+mod rollout;
+mod settings;
+pub mod straight;
+#[cfg(test)]
+mod tests;
+mod training;
+pub mod turning;
+
+pub use checkpoint::Checkpoint;
+pub use environment::{Environments, Stepped};
+pub use error::LearnError;
+pub use gait::{Gait, Played};
+pub use hyperparameters::Hyperparameters;
+pub use learner::{Learner, Progress};
+pub use policy::Policy;
+pub use rollout::{Rollout, Worth};
+pub use settings::{Direction, Settings, SettingsError, Straightness, Turning};
+pub use training::{Saved, Training};

@@ -1,0 +1,151 @@
+//! What was learned about turning in place, beside ways to turn that need no learning.
+
+use std::f64::consts::TAU;
+
+use serde::Serialize;
+use sweep::VariantBuilder;
+use tasks::{Definition, DriveKind, Environments, Part};
+
+use super::LearnError;
+use super::gait::{self, Gait, Played};
+use super::policy::Policy;
+use super::settings::{Direction, Settings};
+
+/// Gaits are tried so many side by side.
+const SIDE_BY_SIDE: usize = 32;
+/// Seed of the episode on which gaits without a policy are chosen: of the file's robot it draws the shaft's angle at the start.
+const CHOSEN_ON: u64 = 1 << 40;
+/// First seed of the episodes on which all are judged.
+const JUDGED_ON: u64 = 1 << 41;
+/// Steps for which an alternation holds a frequency: a whole swing of 100° or so takes one step of 40 ms.
+const HELD: [usize; 3] = [1, 2, 4];
+/// Amplitude of the thesis's oscillation, Fig. 5.4, rad.
+const AMPLITUDE_RAD: f64 = 100.0 * TAU / 360.0;
+/// Middles of an oscillation that are tried around the shaft.
+const CENTRES: usize = 16;
+/// How often an oscillation looks whether it is to turn back, s.
+const OSCILLATION_INTERVAL_S: f64 = 1e-3;
+
+/// A way to turn in place.
+#[derive(Clone, Debug)]
+pub struct Contender {
+    /// What it is called.
+    pub name: String,
+    /// How it chooses actions.
+    pub gait: Gait,
+    /// Where it was chosen.
+    pub definition: Definition,
+    /// Episodes that were played to find it.
+    pub tried: usize,
+}
+
+/// What several episodes came to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Judged {
+    /// Mean sum of rewards, of the reward for a step of the learning file's Δt.
+    pub sum_of_rewards: f64,
+    /// Mean rate of turning, °/s, counter-clockwise.
+    pub rate_deg_per_s: f64,
+    /// The slowest tenth and the fastest tenth end here, °/s.
+    pub rates_deg_per_s: [f64; 2],
+    /// Median of the drift for a whole turn, mm.
+    pub drift_mm_per_turn: f64,
+    /// Median of the farthest from the start, mm.
+    pub farthest_mm: f64,
+    /// Share of the episodes that were not over before their time.
+    pub to_the_end: f64,
+}
+
+/// The learned policy, the best constant frequency, the best alternation of two frequencies and the best oscillation by ±100°.
+///
+/// # Errors
+/// The environments'.
+pub fn contenders(
+    robot: &VariantBuilder,
+    (settings, direction): (&Settings, Direction),
+    policy: Policy,
+    threads: Option<usize>,
+    tell: &mut dyn FnMut(usize, usize),
+) -> Result<Vec<Contender>, LearnError> {
+    let mut definition = settings.turn.definition(direction);
+    // All are chosen on the file's robot, and turn one.
+    definition.randomization.share = 0.0;
+    let often =
+        Definition { interval_s: OSCILLATION_INTERVAL_S, parts: vec![Part::Pose, Part::Shaft], ..definition.clone() };
+    let hz = &definition.frequencies_hz;
+    let kinds = [
+        (gait::constants(hz.len()), &definition),
+        (gait::alternations(hz.len(), &HELD), &definition),
+        (gait::oscillations(hz, AMPLITUDE_RAD, CENTRES), &often),
+    ];
+    let all: usize = kinds.iter().map(|(gaits, _)| gaits.len()).sum();
+    let mut found = vec![Contender {
+        name: "learned".to_owned(),
+        gait: Gait::Policy(policy),
+        definition: definition.clone(),
+        tried: settings.ppo.steps * settings.turn.updates / definition.episode_steps(),
+    }];
+    let mut before = 0;
+    for (gaits, definition) in &kinds {
+        let mut side_by_side = Environments::with_threads(robot.clone(), (*definition).clone(), SIDE_BY_SIDE, threads)?;
+        let best = gait::best(&mut side_by_side, gaits, CHOSEN_ON, &mut |tried| tell(before + tried, all))?;
+        before += gaits.len();
+        found.extend(best.map(|(gait, _)| Contender {
+            name: gait.words(hz, definition.interval_s),
+            gait,
+            definition: (*definition).clone(),
+            tried: gaits.len(),
+        }));
+    }
+    Ok(found)
+}
+
+/// The robots on which a gait is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Robots {
+    /// The file's, on a shaft that follows its frequency exactly.
+    Nominal,
+    /// Drawn from all of the file's spreads, driven by the firmware's controller and the simulated motor.
+    Drawn,
+}
+
+/// Plays a contender on so many robots that took no part in choosing or learning it.
+///
+/// # Errors
+/// The environments'.
+pub fn episodes(
+    robot: &VariantBuilder,
+    contender: &Contender,
+    robots: Robots,
+    count: usize,
+    threads: Option<usize>,
+) -> Result<Vec<Played>, LearnError> {
+    let mut definition = contender.definition.clone();
+    if robots == Robots::Drawn {
+        definition.drive = DriveKind::Motor;
+        definition.randomization.share = 1.0;
+    }
+    let mut environments = Environments::with_threads(robot.clone(), definition, count, threads)?;
+    let seeds: Vec<u64> = (0..count as u64).map(|i| JUDGED_ON + i).collect();
+    gait::play(&mut environments, &vec![contender.gait.clone(); count], &seeds, &|_| false)
+}
+
+/// What episodes came to; the reward of a step counts for Δt of the learning file.
+#[must_use]
+pub fn judged(played: &[Played], contender: &Contender, interval_s: f64) -> Judged {
+    let mean = |of: &dyn Fn(&Played) -> f64| played.iter().map(of).sum::<f64>() / played.len() as f64;
+    let quantile = |share: f64, of: &dyn Fn(&Played) -> f64| {
+        let mut values: Vec<f64> = played.iter().map(of).collect();
+        common::statistics::quantile(&mut values, share).unwrap_or(f64::NAN)
+    };
+    let rate = |one: &Played| one.rate().to_degrees();
+    let whole = contender.definition.episode_s - 0.5 * contender.definition.interval_s;
+    Judged {
+        sum_of_rewards: mean(&|one| one.sum) * contender.definition.interval_s / interval_s,
+        rate_deg_per_s: mean(&rate),
+        rates_deg_per_s: [quantile(0.1, &rate), quantile(0.9, &rate)],
+        drift_mm_per_turn: 1e3 * quantile(0.5, &Played::drift_per_turn),
+        farthest_mm: 1e3 * quantile(0.5, &|one| one.farthest),
+        to_the_end: mean(&|one| f64::from(u8::from(one.seconds > whole))),
+    }
+}

@@ -1,0 +1,115 @@
+//! A robot that turns in place: which frequencies it was given, and where it went, as the thesis's Fig. 5.4.
+
+use plotters::prelude::*;
+
+use super::{Area, Drawn, FigureError, Margins, Scale, axes, font, sheet};
+
+/// One way of turning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TurningRun {
+    /// What it is called.
+    pub title: String,
+    /// The time of each frequency, s, and the frequency, Hz, which is held to the next one.
+    pub frequencies: Vec<(f64, f64)>,
+    /// Its end, s.
+    pub seconds: f64,
+    /// Forward and to the left of the start, mm, and the heading there, rad, at even times.
+    pub path: Vec<[f64; 3]>,
+}
+
+const LINE: RGBColor = RGBColor(33, 102, 172);
+const ARROW: RGBColor = RGBColor(214, 96, 20);
+/// Inside of the trajectory, pixels.
+const SIDE: i32 = 320;
+/// Height of the frequencies, pixels.
+const PROFILE: i32 = 190;
+const MARGINS: Margins = Margins { left: 74, right: 20, top: 40, bottom: 50 };
+/// Over everything.
+const TITLE: i32 = 40;
+/// Arrows along a path, about, and their length as a share of the side.
+const ARROWS: usize = 12;
+const ARROW_LENGTH: f64 = 0.07;
+
+/// Draws runs side by side, all to one scale: above where each went, with arrows ahead; below what it was given.
+///
+/// # Errors
+/// The drawing library refuses.
+pub fn turning_svg(title: &str, runs: &[TurningRun]) -> Result<String, FigureError> {
+    let cell = (MARGINS.left + SIDE + MARGINS.right, MARGINS.top + SIDE + MARGINS.bottom);
+    let size = ((cell.0 * runs.len().max(1) as i32) as u32, (TITLE + cell.1 + PROFILE) as u32);
+    let (middle, half) = extent(runs);
+    sheet(title, size, |root| {
+        root.draw(&Text::new(title.to_owned(), (20, 12), font(20)))?;
+        for (index, run) in runs.iter().enumerate() {
+            let left = index as i32 * cell.0;
+            draw_path(&root.clone().shrink((left, TITLE), cell), run, middle, half)?;
+            draw_profile(&root.clone().shrink((left, TITLE + cell.1), (cell.0, PROFILE)), run)?;
+        }
+        Ok(())
+    })
+}
+
+fn draw_path(area: &Area<'_>, run: &TurningRun, [x, y]: [f64; 2], half: f64) -> Drawn {
+    area.draw(&Text::new(run.title.clone(), (MARGINS.left, 14), font(16)))?;
+    let x = Scale { range: (x - half, x + half), words: "forward / mm", marks: 7 };
+    let y = Scale { range: (y - half, y + half), words: "to the left / mm", marks: 7 };
+    let mut chart = axes(area, MARGINS, &x, &y)?;
+    chart.draw_series(LineSeries::new(run.path.iter().map(|p| (p[0], p[1])), LINE.stroke_width(2)))?;
+    let every = run.path.len().div_ceil(ARROWS).max(1);
+    for [x, y, heading] in run.path.iter().step_by(every) {
+        let (sin, cos) = heading.sin_cos();
+        let length = 2.0 * half * ARROW_LENGTH;
+        let tip = (x + length * cos, y + length * sin);
+        chart.draw_series([PathElement::new(vec![(*x, *y), tip], ARROW.stroke_width(2))])?;
+        chart.draw_series([Circle::new(tip, 3, ARROW.filled())])?;
+    }
+    if let Some([x, y, _]) = run.path.first() {
+        chart.draw_series([Circle::new((*x, *y), 4, LINE.filled())])?;
+    }
+    Ok(())
+}
+
+fn draw_profile(area: &Area<'_>, run: &TurningRun) -> Drawn {
+    const ABOVE: Margins = Margins { top: 8, ..MARGINS };
+    let fastest = run.frequencies.iter().fold(1.0_f64, |fastest, (_, f)| fastest.max(f.abs()));
+    let x = Scale { range: (0.0, run.seconds), words: "time / s", marks: 7 };
+    let y = Scale { range: (-1.15 * fastest, 1.15 * fastest), words: "frequency / Hz", marks: 5 };
+    let mut chart = axes(area, ABOVE, &x, &y)?;
+    let ends = run.frequencies.iter().skip(1).map(|(t, _)| *t).chain([run.seconds]);
+    let held = run.frequencies.iter().zip(ends).flat_map(|((from, f), to)| [(*from, *f), (to, *f)]);
+    chart.draw_series(LineSeries::new(held, LINE.stroke_width(1)))?;
+    Ok(())
+}
+
+/// The middle of all paths, and half of what is to be seen on either side of it.
+fn extent(runs: &[TurningRun]) -> ([f64; 2], f64) {
+    let points = || runs.iter().flat_map(|run| &run.path);
+    let range = |axis: usize| {
+        points().fold((0.0_f64, 0.0_f64), |(low, high), point| (low.min(point[axis]), high.max(point[axis])))
+    };
+    let (x, y) = (range(0), range(1));
+    let widest = (x.1 - x.0).max(y.1 - y.0).max(1.0);
+    ([0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1)], 0.65 * widest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frequency_is_held_and_every_run_has_its_title() {
+        let run = |title: &str| TurningRun {
+            title: title.to_owned(),
+            frequencies: vec![(0.0, 7.0), (1.0, -6.0)],
+            seconds: 2.0,
+            path: (0..40).map(|i| [f64::from(i), 0.5 * f64::from(i), 0.1 * f64::from(i)]).collect(),
+        };
+        let drawn = turning_svg("turning", &[run("learned"), run("constant 7 Hz")]).unwrap();
+        let document = roxmltree::Document::parse(&drawn).unwrap();
+        let texts: Vec<&str> =
+            document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect();
+        for title in ["turning", "learned", "constant 7 Hz"] {
+            assert!(texts.iter().any(|text| text.trim() == title), "{title}: {texts:?}");
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! `scram learn straight`
+
+use std::path::{Path, PathBuf};
+
+use ::learn::Settings;
+use ::learn::straight::{self, Found, STRAIGHT_TURNS_PER_M, Steered, Walked};
+use clap::Args;
+use miette::{IntoDiagnostic, Report};
+use plot::{Straightness, straightness_svg, under_title};
+use serde::Serialize;
+
+use super::super::run_directory::LEARNED;
+use super::super::{Common, Done, print, print_json, say, table, write};
+use super::{bar, robot};
+
+/// Files of a search.
+const FOUND: &str = "straight.json";
+const SETTINGS: &str = "learn.toml";
+const PICTURE: &str = "straight.svg";
+/// Rows of the table, at most: the straightest and the fastest of the front are among them.
+const ROWS: usize = 8;
+/// Off a line of 200 mm, mm: within it a robot is said to walk straight.
+const OFF_MM: f64 = 5.0;
+
+/// Search for the two times of +F and −F that walk straight (thesis (5.3)), and steer along a line by the pose
+///
+/// Tries every pair of holding times of the learning file, says how fast and how straight each walks, and writes the front of both as a plot into a
+/// directory of its own, out/learn-0001 and so on. With --robots, so many robots drawn from the file's spreads then steer along a line by their pose,
+/// with controller, motor and sensor.
+#[derive(Args)]
+#[command(mut_arg("out", |arg| arg.default_value(LEARNED.numbered)))]
+#[command(after_help = "Examples:\n  \
+    scram learn straight\n  \
+    scram learn straight --robots 100 --settings learn.toml --robot robots/thesis.toml\n\n\
+    docs/learning.md describes the learning file, the method and what is reached.")]
+pub struct StraightCommand {
+    /// The learning file
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    /// Let so many robots drawn from the file's spreads steer along a line
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    robots: usize,
+    /// Threads; all cores without
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+    #[command(flatten)]
+    common: Common,
+    /// Write over what is in --out already
+    #[arg(long)]
+    overwrite: bool,
+}
+
+#[derive(Serialize)]
+struct Output<'a> {
+    frequency_hz: f64,
+    found: &'a Found,
+    steered: &'a [Steered],
+}
+
+impl StraightCommand {
+    pub fn run(&self) -> Done {
+        LEARNED.fill(&self.common.out, self.overwrite, |out| self.search(out))?;
+        Ok(())
+    }
+
+    fn search(&self, out: &Path) -> Result<(), Report> {
+        let settings = self.settings.as_deref().map_or_else(|| Ok(Settings::default()), Settings::load)?;
+        settings.straight.check()?;
+        write(&out.join(SETTINGS), &settings.text())?;
+        let robot = robot(&self.common)?;
+        let bar = bar(0, 0);
+        bar.set_message("holding times");
+        let found = straight::search(&robot, &settings.straight, self.threads, &mut |tried, all| {
+            bar.set_length(all as u64);
+            bar.set_position(tried as u64);
+        })?;
+        bar.finish_and_clear();
+        let mut steered = Vec::new();
+        if self.robots > 0 {
+            say(&format!("{} robots steer along a line", self.robots));
+            steered = straight::steered(&robot, &settings.straight, &found, self.robots, self.threads)?;
+        }
+        let title = format!("walking straight, {}", self.common.robot.display());
+        write(&out.join(PICTURE), &under_title(&title, &picture(&found)?))?;
+        let output = Output { frequency_hz: settings.straight.frequency_hz, found: &found, steered: &steered };
+        write(&out.join(FOUND), &serde_json::to_string_pretty(&output).into_diagnostic()?)?;
+        if self.common.json {
+            return Ok(print_json(&output)?);
+        }
+        print(&shown(&found, settings.straight.frequency_hz));
+        if !steered.is_empty() {
+            print(&steered_words(&steered, settings.straight.distance_m, settings.straight.patience_s));
+        }
+        let files = [FOUND, PICTURE, SETTINGS].map(|name| out.join(name).display().to_string());
+        print(&format!("written: {}", files.join(", ")));
+        Ok(())
+    }
+}
+
+fn shown(found: &Found, hz: f64) -> String {
+    let row = |name: String, walked: &Walked| {
+        vec![
+            name,
+            format!("{:.2}", walked.speed_mm_per_s),
+            format!("{:.2}", walked.path_mm_per_s),
+            format!("{:.3}", walked.turns_per_m),
+        ]
+    };
+    let header = ["signal", "speed / mm/s", "along the path / mm/s", "turns a metre"];
+    let constant = [hz, -hz].into_iter().zip(&found.constant).map(|(hz, walked)| row(format!("{hz} Hz"), walked));
+    // Thinned evenly, the first and the last one kept.
+    let last = found.front.len().saturating_sub(1);
+    let mut shown: Vec<usize> =
+        (0..ROWS.min(found.front.len())).map(|i| i * last / (ROWS - 1).min(last).max(1)).collect();
+    shown.dedup();
+    let alternation = |place: usize| {
+        let walked = &found.alternations[found.front[place]];
+        let [forward, backward] = walked.held_s;
+        row(format!("{hz} Hz for {forward:.1} s, −{hz} Hz for {backward:.1} s"), walked)
+    };
+    let text = table::columns(&header, constant.chain(shown.into_iter().map(alternation)));
+    let constant = found.constant.iter().map(|walked| walked.path_mm_per_s).fold(0.0, f64::max);
+    let words = found.best.map_or_else(
+        || format!("no pair of times walks with less than {STRAIGHT_TURNS_PER_M} turns a metre"),
+        |best| {
+            let Walked { held_s: [forward, backward], speed_mm_per_s, turns_per_m, .. } = &found.alternations[best];
+            let share = 100.0 * speed_mm_per_s / constant;
+            format!(
+                "the fastest under {STRAIGHT_TURNS_PER_M} turns a metre: t₁ = {forward:.1} s, t₂ = {backward:.1} s, {turns_per_m:.3} turns \
+                 a metre at {share:.0} % of one frequency's speed"
+            )
+        },
+    );
+    format!("{text}\n{words}")
+}
+
+fn steered_words(steered: &[Steered], distance_m: f64, patience_s: f64) -> String {
+    let arrived = steered.iter().filter(|one| one.arrived_s.is_some()).count();
+    let within = steered.iter().filter(|one| one.arrived_s.is_some() && one.farthest_off_mm < OFF_MM).count();
+    let farthest = steered.iter().map(|one| one.farthest_off_mm).fold(0.0, f64::max);
+    format!(
+        "steering by the pose: {arrived} of {} robots walked {:.0} mm within {patience_s:.0} s, {within} of them without leaving \
+         the line by {OFF_MM:.0} mm; none of all was farther off than {farthest:.1} mm",
+        steered.len(),
+        1e3 * distance_m,
+    )
+}
+
+fn picture(found: &Found) -> Result<String, Report> {
+    let of = |walked: &Walked| Straightness { speed_mm_per_s: walked.speed_mm_per_s, turns_per_m: walked.turns_per_m };
+    let along = |walked: &Walked| Straightness { speed_mm_per_s: walked.path_mm_per_s, ..of(walked) };
+    let all: Vec<Straightness> = found.alternations.iter().map(of).collect();
+    let constant: Vec<Straightness> = found.constant.iter().map(along).collect();
+    Ok(straightness_svg(&all, &found.front, &constant, STRAIGHT_TURNS_PER_M)?)
+}

@@ -1,0 +1,291 @@
+//! `scram learn turn`
+
+use std::path::{Path, PathBuf};
+
+use ::learn::turning::{self, Contender, Judged, Robots};
+use ::learn::{Direction, Gait, Played, Policy, Progress, Saved, Settings, Training};
+use clap::{Args, ValueEnum};
+use miette::{IntoDiagnostic, Report, WrapErr};
+use plot::{TurningRun, turning_svg, under_title};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Serialize};
+
+use super::super::run_directory::LEARNED;
+use super::super::{Common, Done, print, print_json, say, table, write};
+use super::{bar, robot};
+
+/// Files of a training.
+const TRAINING: &str = "training.json";
+const POLICY: &str = "policy.json";
+const CURVE: &str = "curve.csv";
+const SETTINGS: &str = "learn.toml";
+const PICTURE: &str = "turn.svg";
+
+/// Episodes on the file's robot by which a gait is judged; they differ by the angle of the shaft at their start.
+const STARTS: usize = 16;
+
+/// Learn to turn in place by proximal policy optimisation (thesis section 5.3)
+///
+/// The robot acts every Δt by one of ten frequencies; the reward is the thesis's (5.5). All numbers are in a learning file; without one they
+/// are the thesis's, and where it is silent chosen ones. Writes the policy, the learning curve, the learning file and a picture into a directory of
+/// its own, out/learn-0001 and so on, and says how fast the robot turns and how far it drifts, beside the best constant frequency and
+/// the best alternation of two and the best oscillation by ±100°. Stopped, it goes on with --resume.
+#[derive(Args)]
+#[command(mut_arg("out", |arg| arg.default_value(LEARNED.numbered)))]
+#[command(after_help = "Examples:\n  \
+    scram learn turn --direction left\n  \
+    scram learn turn --direction right --robot robots/thesis.toml --settings learn.toml --seed 7\n  \
+    scram learn turn --resume out/learn-0001\n\n\
+    docs/learning.md describes the learning file, the method and what is reached.")]
+pub struct TurnCommand {
+    /// Which way: left is counter-clockwise seen from above
+    #[arg(long, required_unless_present = "resume", conflicts_with = "resume")]
+    direction: Option<Way>,
+    /// The learning file
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    settings: Option<PathBuf>,
+    /// Go on in the directory of a training that was stopped
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    resume: Option<PathBuf>,
+    /// Judge on so many robots drawn from the file's spreads, too, with controller, motor and sensor
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    robots: usize,
+    /// Threads; all cores without
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+    #[command(flatten)]
+    common: Common,
+    /// Write over what is in --out already
+    #[arg(long)]
+    overwrite: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Way {
+    Left,
+    Right,
+}
+
+/// A gait that was judged.
+#[derive(Serialize)]
+struct Row {
+    #[serde(flatten, serialize_with = "of_contender")]
+    contender: Contender,
+    /// On the file's robot.
+    nominal: Judged,
+    /// On robots drawn from its spreads.
+    drawn: Option<Judged>,
+    /// The first episode on the file's robot.
+    #[serde(skip)]
+    first: Option<Played>,
+}
+
+/// What of a contender is printed: its name, its gait (but for a policy, which has a file of its own), and how many episodes it took.
+fn of_contender<S: serde::Serializer>(contender: &Contender, to: S) -> Result<S::Ok, S::Error> {
+    let mut map = to.serialize_map(None)?;
+    map.serialize_entry("name", &contender.name)?;
+    map.serialize_entry("episodes_tried", &contender.tried)?;
+    if !matches!(contender.gait, Gait::Policy(_)) {
+        map.serialize_entry("gait", &contender.gait)?;
+    }
+    map.end()
+}
+
+#[derive(Serialize)]
+struct Output<'a> {
+    direction: Direction,
+    updates: usize,
+    steps: usize,
+    gaits: &'a [Row],
+    files: &'a [PathBuf],
+}
+
+/// A policy with what made it, as it is written.
+#[derive(Serialize, Deserialize)]
+struct PolicyFile {
+    robot: String,
+    direction: Direction,
+    seed: u64,
+    updates: usize,
+    settings: Settings,
+    policy: Policy,
+}
+
+impl TurnCommand {
+    pub fn run(&self) -> Done {
+        match &self.resume {
+            Some(directory) => self.go_on(directory)?,
+            None => LEARNED.fill(&self.common.out, self.overwrite, |out| self.begin(out))?,
+        }
+        Ok(())
+    }
+
+    fn begin(&self, out: &Path) -> Result<(), Report> {
+        let settings = self.settings.as_deref().map_or_else(|| Ok(Settings::default()), Settings::load)?;
+        let direction = match self.direction {
+            Some(Way::Right) => Direction::Right,
+            Some(Way::Left) | None => Direction::Left,
+        };
+        write(&out.join(SETTINGS), &settings.text())?;
+        let training = Training::new(robot(&self.common)?, settings, direction, self.common.seed, self.threads)?;
+        self.train(training, out)
+    }
+
+    fn go_on(&self, directory: &Path) -> Result<(), Report> {
+        let path = directory.join(TRAINING);
+        let text = std::fs::read_to_string(&path).into_diagnostic().wrap_err_with(|| path.display().to_string())?;
+        let saved: Saved = serde_json::from_str(&text)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("{}: no training", path.display()))?;
+        self.train(Training::resume(robot(&self.common)?, saved, self.threads)?, directory)
+    }
+
+    /// Learns to the end, keeping what it takes to go on after every update, and judges what was learned.
+    fn train(&self, mut training: Training, out: &Path) -> Result<(), Report> {
+        let bar = bar(training.settings().turn.updates, training.curve().len());
+        while let Some(progress) = training.advance()? {
+            bar.set_message(words(progress));
+            bar.inc(1);
+            if bar.is_hidden() {
+                say(&format!("update {}: {}", progress.updates, words(progress)));
+            }
+            write(&out.join(TRAINING), &serde_json::to_string(&training.saved()).into_diagnostic()?)?;
+        }
+        bar.finish_and_clear();
+        let files = self.save(&training, out)?;
+        let rows = self.judge(&training)?;
+        let title = format!("turning {}, {}", training.direction().word(), self.common.robot.display());
+        write(&out.join(PICTURE), &under_title(&title, &picture(&rows)?))?;
+        if self.common.json {
+            let steps = training.curve().last().map_or(0, |last| last.steps);
+            let (direction, updates) = (training.direction(), training.curve().len());
+            return Ok(print_json(&Output { direction, updates, steps, gaits: &rows, files: &files })?);
+        }
+        print(&shown(&rows));
+        print(&format!(
+            "written: {}",
+            files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ")
+        ));
+        Ok(())
+    }
+
+    fn save(&self, training: &Training, out: &Path) -> Result<Vec<PathBuf>, Report> {
+        let file = PolicyFile {
+            robot: training.robot().to_owned(),
+            direction: training.direction(),
+            seed: training.seed(),
+            updates: training.curve().len(),
+            settings: training.settings().clone(),
+            policy: training.policy(),
+        };
+        write(&out.join(POLICY), &serde_json::to_string(&file).into_diagnostic()?)?;
+        write(&out.join(CURVE), &curve(training.curve()))?;
+        Ok([POLICY, CURVE, SETTINGS, PICTURE].map(|name| out.join(name)).into())
+    }
+
+    /// The learned gait and the best of those that need no policy, each with its episodes on the file's robot and on drawn ones.
+    fn judge(&self, training: &Training) -> Result<Vec<Row>, Report> {
+        let settings = training.settings();
+        let file = robot(&self.common)?;
+        let bar = bar(0, 0);
+        bar.set_message("gaits without a policy");
+        let told = (settings, training.direction());
+        let contenders = turning::contenders(&file, told, training.policy(), self.threads, &mut |tried, all| {
+            bar.set_length(all as u64);
+            bar.set_position(tried as u64);
+        })?;
+        bar.finish_and_clear();
+        let row = |contender: Contender| {
+            let episodes =
+                |robots: Robots, count: usize| turning::episodes(&file, &contender, robots, count, self.threads);
+            let judged = |played: &[Played]| turning::judged(played, &contender, settings.turn.interval_s);
+            let nominal = episodes(Robots::Nominal, STARTS)?;
+            let drawn = if self.robots > 0 { Some(judged(&episodes(Robots::Drawn, self.robots)?)) } else { None };
+            let first = nominal.first().cloned();
+            Ok(Row { nominal: judged(&nominal), drawn, first, contender })
+        };
+        contenders.into_iter().map(row).collect()
+    }
+}
+
+fn words(progress: &Progress) -> String {
+    let sum = progress.mean_return.map_or_else(|| "no episode has ended".to_owned(), |sum| format!("return {sum:.2}"));
+    format!("{sum}, entropy {:.2}", progress.entropy)
+}
+
+fn shown(rows: &[Row]) -> String {
+    let header = ["gait", "episodes", "return", "turning / °/s", "drift / mm a turn", "farthest / mm"];
+    let nominal = |row: &Row| {
+        let Judged { sum_of_rewards, rate_deg_per_s, drift_mm_per_turn, farthest_mm, .. } = row.nominal;
+        vec![
+            row.contender.name.clone(),
+            row.contender.tried.to_string(),
+            format!("{sum_of_rewards:.2}"),
+            format!("{rate_deg_per_s:.2}"),
+            drift(drift_mm_per_turn),
+            format!("{farthest_mm:.1}"),
+        ]
+    };
+    let table = table::columns(&header, rows.iter().map(nominal));
+    let drawn: Vec<_> = rows.iter().filter_map(|row| Some((&row.contender.name, row.drawn.as_ref()?))).collect();
+    if drawn.is_empty() {
+        return table;
+    }
+    let header = [
+        "on drawn robots",
+        "return",
+        "turning / °/s",
+        "a tenth below",
+        "a tenth above",
+        "drift / mm a turn",
+        "to the end",
+    ];
+    let row = |(name, judged): (&String, &Judged)| {
+        let [slow, fast] = judged.rates_deg_per_s;
+        vec![
+            name.clone(),
+            format!("{:.2}", judged.sum_of_rewards),
+            format!("{:.2}", judged.rate_deg_per_s),
+            format!("{slow:.2}"),
+            format!("{fast:.2}"),
+            drift(judged.drift_mm_per_turn),
+            format!("{:.0} %", 100.0 * judged.to_the_end),
+        ]
+    };
+    format!("{table}\n\n{}", table::columns(&header, drawn.into_iter().map(row)))
+}
+
+/// A robot that hardly turns drifts by metres for a turn: no number to compare.
+fn drift(mm_per_turn: f64) -> String {
+    if mm_per_turn < 1e4 { format!("{mm_per_turn:.1}") } else { "–".to_owned() }
+}
+
+fn curve(curve: &[Progress]) -> String {
+    let header = "updates,steps,mean_return,episodes,entropy,divergence,clipped,value_error\n".to_owned();
+    curve.iter().fold(header, |text, one| {
+        let mean = one.mean_return.map_or_else(String::new, |mean| mean.to_string());
+        let Progress { updates, steps, episodes, entropy, divergence, clipped, value_error, .. } = one;
+        text + &format!("{updates},{steps},{mean},{episodes},{entropy},{divergence},{clipped},{value_error}\n")
+    })
+}
+
+fn picture(rows: &[Row]) -> Result<String, Report> {
+    let run = |row: &Row| {
+        let (played, definition) = (row.first.as_ref()?, &row.contender.definition);
+        let times = (0..played.actions.len()).map(|step| step as f64 * definition.interval_s);
+        let start = played.path[0];
+        let about = |pose: &tasks::Pose| {
+            let (x, y) = (1e3 * (pose.x - start.x), 1e3 * (pose.y - start.y));
+            let (sin, cos) = start.heading.sin_cos();
+            [cos * x + sin * y, cos * y - sin * x, pose.heading - start.heading]
+        };
+        let hz = |action: &usize| definition.frequencies_hz[*action];
+        Some(TurningRun {
+            title: row.contender.name.clone(),
+            frequencies: times.zip(&played.actions).map(|(t, action)| (t, hz(action))).collect(),
+            seconds: played.seconds,
+            path: played.path.iter().map(about).collect(),
+        })
+    };
+    Ok(turning_svg("", &rows.iter().filter_map(run).collect::<Vec<_>>())?)
+}

@@ -1,0 +1,94 @@
+//! `scram learn` as people use it: a training that was killed goes on to the same policy, and says what it does not understand.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use common::command::{command, refuses, succeeds, temporary};
+use serde_json::Value;
+
+/// A training of seconds: it learns nothing, and does all that a long one does.
+const SHORT: &str = "[turn]\nepisode_s = 0.4\nenvironments = 4\nupdates = 3\n[ppo]\nsteps = 40\nbatch_size = 20\nepochs = 2\n\
+                     [straight]\nheld = [1, 3]\nepisode_s = 0.6\nstarts = 2\npatience_s = 0.5\n";
+
+fn settings(directory: &Path) {
+    fs::write(directory.join("learn.toml"), SHORT).unwrap();
+}
+
+fn read(path: &Path) -> Vec<u8> {
+    fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+#[test]
+fn a_training_that_was_killed_goes_on_to_the_same_policy() {
+    let directory = temporary();
+    settings(directory.path());
+    let words = "learn turn --direction right --settings learn.toml --robot @/robot.toml --seed 5";
+    let text = succeeds(directory.path(), &format!("{words} --out whole"));
+    for part in ["learned", "constant", "± 100°", "turning / °/s", "whole/policy.json"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let mut child = command(directory.path(), &format!("{words} --out killed"));
+    let mut child = child.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let (saved, begun) = (directory.path().join("killed/training.json"), Instant::now());
+    while !saved.exists() {
+        assert!(begun.elapsed() < Duration::from_secs(120), "nothing was saved");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!directory.path().join("killed/policy.json").exists(), "it was not killed in the middle");
+    succeeds(directory.path(), "learn turn --resume killed --robot @/robot.toml");
+    for file in ["policy.json", "curve.csv", "training.json", "learn.toml"] {
+        let [whole, killed] = ["whole", "killed"].map(|name| read(&directory.path().join(name).join(file)));
+        assert!(whole == killed, "{file} differs");
+    }
+    let curve = String::from_utf8(read(&directory.path().join("whole/curve.csv"))).unwrap();
+    assert_eq!(curve.lines().count(), 1 + 3, "{curve}");
+    roxmltree::Document::parse(&String::from_utf8(read(&directory.path().join("whole/turn.svg"))).unwrap()).unwrap();
+}
+
+#[test]
+fn gaits_are_judged_on_drawn_robots_too() {
+    let directory = temporary();
+    settings(directory.path());
+    let words = "learn turn --direction left --settings learn.toml --robot @/robot.toml --robots 3 --json";
+    let output: Value = serde_json::from_str(&succeeds(directory.path(), words)).unwrap();
+    let gaits = output["gaits"].as_array().unwrap();
+    let names: Vec<&str> = gaits.iter().map(|gait| gait["name"].as_str().unwrap()).collect();
+    assert_eq!((names[0], gaits.len()), ("learned", 4), "{names:?}");
+    for gait in gaits {
+        assert!(gait["nominal"]["rate_deg_per_s"].is_number() && gait["drawn"]["to_the_end"].is_number(), "{gait}");
+    }
+}
+
+#[test]
+fn walking_straight_is_searched_for_and_steered() {
+    let directory = temporary();
+    settings(directory.path());
+    let words = "learn straight --settings learn.toml --robot @/robot.toml --robots 2";
+    let text = succeeds(directory.path(), words);
+    for part in ["turns a metre", "7 Hz for 0.1 s", "of 2 robots walked 200 mm", "straight.svg"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let found: Value = serde_json::from_slice(&read(&directory.path().join("out/latest-learn/straight.json"))).unwrap();
+    assert_eq!(found["found"]["alternations"].as_array().unwrap().len(), 4);
+    assert_eq!(found["steered"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_place() {
+    let directory = temporary();
+    let wrong = |text: &str, words: &str, says: &[&str]| {
+        fs::write(directory.path().join("learn.toml"), text).unwrap();
+        refuses(directory.path(), &format!("learn {words} --settings learn.toml --robot @/robot.toml"), 1, says);
+    };
+    wrong("[turn]\nk_poss = 1\n", "turn --direction left", &["learn.toml", "line 2", "k_poss"]);
+    wrong("[ppo]\nsteps = 7\n", "turn --direction left", &["steps: expected a multiple of 16"]);
+    wrong("[straight]\nheld = []\n", "straight", &["straight.held: expected"]);
+    wrong("[turn]\ninterval_s = 0.00015\n", "turn --direction left", &["interval_s", "whole number of steps"]);
+    refuses(directory.path(), "learn turn --resume nowhere --robot @/robot.toml", 1, &["nowhere/training.json"]);
+}
