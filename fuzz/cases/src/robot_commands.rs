@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use control::parameters::table::TABLE;
 use control::protocol::radio::{Downlink, Request};
-use control::{AdcCode, Command, Controller, Parameters, Sample, State};
+use control::{AdcCode, Command, Controller, Gait, Parameters, Refusal, Sample, State};
 use robot_file::Robot;
 use robot_file::design::design;
 
@@ -134,10 +134,25 @@ impl ControllerHarness {
                     let value = control::parameters::table::get(self.controller.parameters(), index);
                     assert_eq!(value.is_some(), usize::from(index) < TABLE.len());
                 }
+                Request::KeepGait(gait) => self.keep_gait(&gait),
                 // The first is the flash's business, the other no ordinary image's.
                 Request::Save | Request::Inject(_) => {}
                 Request::Factory => assert_eq!(self.controller.retune(&FACTORY, &FACTORY), Ok(())),
             },
+        }
+    }
+
+    /// Whatever is in it: what is kept can be played, and what cannot be played is not kept.
+    fn keep_gait(&mut self, gait: &Gait) {
+        let (before, driving) = (self.controller.gait(), self.controller.state().is_driving());
+        let parameters = self.controller.parameters();
+        let can = gait.check(&parameters.limits, parameters.tick).is_ok() && !driving;
+        assert_eq!(self.controller.keep_gait(gait).is_ok(), can);
+        assert_eq!(self.controller.gait(), if can { Some(gait.label()) } else { before });
+        if can {
+            let told = self.controller.command(Command::Gait { id: gait.id() }, self.time_us);
+            assert!(matches!(told, Ok(()) | Err(Refusal::Faulted(_) | Refusal::NotReady(_))), "{told:?}");
+            assert_eq!(self.controller.state() == State::Gait, told.is_ok());
         }
     }
 
