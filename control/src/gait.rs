@@ -104,11 +104,11 @@ impl Gait {
     pub fn new(name: Name, speeds: &[f32], steps: &[u8], interval_ms: u16, repeats: bool) -> Result<Self, Refusal> {
         let mut gait = Self {
             name,
-            speeds: [0.0; MOST_SPEEDS],
+            step_count: count(Field::GaitSteps, steps.len(), MOST_STEPS)?,
             speed_count: count(Field::GaitSpeeds, speeds.len(), MOST_SPEEDS)?,
             interval_ms,
             repeats,
-            step_count: count(Field::GaitSteps, steps.len(), MOST_STEPS)?,
+            speeds: [0.0; MOST_SPEEDS],
             steps: [[0; ROW_BYTES]; ROWS],
         };
         gait.speeds.iter_mut().zip(speeds).for_each(|(place, speed)| *place = *speed);

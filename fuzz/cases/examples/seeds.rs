@@ -253,6 +253,7 @@ fn texts() -> Seeds {
         ("robot_file", "robot".into(), fs::read(room().join("../robot.toml")).expect("robot.toml")),
         ("robot_file", "linear".into(), variant("bench-linear.toml")),
         ("robot_file", "xl330".into(), variant("bench-xl330.toml")),
+        ("robot_file", "gait".into(), variant("gaits/alternate.toml")),
     ]
 }
 
@@ -263,6 +264,7 @@ fn store() -> Seeds {
         ("right-checksum", vec![0, 0, 7, 0x81, 2, 40, 0, 1, 90, 0, 2, 3, 0x81, 0, 4]),
         ("torn", vec![0, 0, 7, 0, 8, 0x85, 100, 1, 0x84, 0, 32, 0, 16, 0, 0x86, 0, 0, 0, 48, 0x87, 0, 16, 1, 2, 3, 4]),
         ("pairing", vec![1, 0, 7, 0, 8, 0x82, 200, 0, 1, 0x81, 3, 1, 2, 3, 9, 0, 0, 0x87, 0, 0, 9, 9, 9, 9, 5]),
+        ("gait", vec![3, 0, 7, 0, 8, 0x82, 200, 0, 1, 0x81, 3, 2, 76, 0, 1, 90, 0, 2, 3, 0x81, 0, 4]),
     ];
     seeds.map(|(name, bytes)| ("store", name.to_owned(), bytes)).to_vec()
 }

@@ -11,6 +11,7 @@ use control::protocol::radio::{Downlink, Request};
 use control::{AdcCode, Command, Controller, Gait, Parameters, Refusal, Sample, State};
 use robot_file::Robot;
 use robot_file::design::design;
+use serde::Serialize;
 
 use crate::bytes::Bytes;
 
@@ -39,8 +40,8 @@ pub fn robot_commands(data: &[u8]) {
     }
 }
 
-/// A set with some of its bytes changed.
-pub fn damaged(set: &Parameters, bytes: &mut Bytes) -> Vec<u8> {
+/// A set, or anything no longer, with some of its bytes changed.
+pub fn damaged(set: &impl Serialize, bytes: &mut Bytes) -> Vec<u8> {
     let mut buffer = [0; 2 * size_of::<Parameters>()];
     let mut set = postcard::to_slice(set, &mut buffer).expect("short").to_vec();
     for _ in 0..bytes.u8() % 8 {
@@ -62,7 +63,7 @@ impl ControllerHarness {
         let selector = bytes.u8();
         let mut parameters = *FACTORY;
         if selector & 1 != 0
-            && let Ok(read) = postcard::from_bytes::<Parameters>(&damaged(&FACTORY, bytes))
+            && let Ok(read) = postcard::from_bytes::<Parameters>(&damaged(&*FACTORY, bytes))
         {
             assert_eq!(Controller::new(&read).err(), read.check().err());
             if read.check().is_ok() {
