@@ -5,6 +5,7 @@ use core::f32::consts::{PI, TAU};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::gait::LONGEST_NAME;
 use crate::parameters::Limits;
 use crate::self_check::Unready;
 use crate::supervisor::{Event, Fault};
@@ -44,6 +45,12 @@ pub enum Command {
     },
     /// Leave the fault state; refused while its cause persists.
     ClearFault,
+    /// Play the stored gait from its first step: hold the speed of each step in turn, as `Speed` does. At its end the bridge is
+    /// off and the shaft turns out (`Coast`), unless it repeats. Given again while it plays, it goes on.
+    Gait {
+        /// Which one is meant ([`Gait::id`](crate::Gait::id)): refused where another one is stored.
+        id: u32,
+    },
 }
 
 /// How the oscillator drives a stroke.
@@ -73,6 +80,16 @@ pub enum Field {
     Angle,
     /// Duty of the open loop.
     Duty,
+    /// Magnitude of a speed of a gait.
+    GaitSpeed,
+    /// Number of different speeds of a gait.
+    GaitSpeeds,
+    /// A step of a gait: index into its speeds.
+    GaitStep,
+    /// Number of steps of a gait.
+    GaitSteps,
+    /// How long a gait holds a step, s.
+    GaitInterval,
 }
 
 impl core::fmt::Display for Field {
@@ -85,6 +102,11 @@ impl core::fmt::Display for Field {
             Self::Span => "to - from",
             Self::Angle => "angle",
             Self::Duty => "duty",
+            Self::GaitSpeed => "|omega| of a gait's step",
+            Self::GaitSpeeds => "the number of a gait's speeds",
+            Self::GaitStep => "a gait's step, an index into its speeds,",
+            Self::GaitSteps => "the number of a gait's steps",
+            Self::GaitInterval => "a gait's interval",
         })
     }
 }
@@ -133,6 +155,17 @@ pub enum Refusal {
     Parameter,
     /// The flash did not keep it.
     NotKept,
+    /// No gait is stored, or another one than is meant.
+    NoGait,
+    /// A gait's name is none.
+    GaitName,
+    /// A gait's interval is no whole number of control periods.
+    UnevenInterval {
+        /// How long the gait holds a step, s.
+        interval: f32,
+        /// The robot's control period, s.
+        tick: f32,
+    },
 }
 
 impl core::fmt::Display for Refusal {
@@ -159,13 +192,20 @@ impl core::fmt::Display for Refusal {
             Self::NotKept => {
                 f.write_str("the flash did not keep it: the partition is missing, or the flash is worn out")
             }
+            Self::NoGait => f.write_str("this gait is not stored: send it with `gait` while the motor is off"),
+            Self::GaitName => {
+                write!(f, "a gait's name is 1 to {LONGEST_NAME} letters, digits, `-`, `_` and `.`")
+            }
+            Self::UnevenInterval { interval, tick } => {
+                write!(f, "a gait's interval of {interval} s is no whole number of control periods of {tick} s")
+            }
         }
     }
 }
 
 impl core::error::Error for Refusal {}
 
-fn within(name: Field, value: f32, low: f32, high: f32) -> Result<(), Refusal> {
+pub(crate) fn within(name: Field, value: f32, low: f32, high: f32) -> Result<(), Refusal> {
     if !value.is_finite() {
         Err(Refusal::NonFinite { name })
     } else if value < low || value > high {
@@ -182,7 +222,8 @@ impl Command {
     /// The first field that is wrong.
     pub fn check(&self, limits: &Limits) -> Result<(), Refusal> {
         match *self {
-            Self::Idle | Self::Coast | Self::ClearFault => Ok(()),
+            // A gait is checked where it is stored: by the controller.
+            Self::Idle | Self::Coast | Self::ClearFault | Self::Gait { .. } => Ok(()),
             Self::Speed { omega } => {
                 within(Field::Omega, omega, -limits.speed, limits.speed)?;
                 within(Field::OmegaMagnitude, omega.abs(), limits.least_speed, limits.speed)
@@ -208,6 +249,7 @@ impl Command {
             Self::Position { .. } => Event::Position,
             Self::Duty { .. } => Event::Duty,
             Self::ClearFault => Event::Clear,
+            Self::Gait { .. } => Event::Gait,
         }
     }
 }

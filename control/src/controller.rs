@@ -19,6 +19,7 @@ use crate::command::{Command, Refusal};
 use crate::drive::{self, Drive};
 use crate::estimator::{Estimate, Estimator, GateOutcome};
 use crate::fault_detectors::{FaultDetectors, Inputs};
+use crate::gait::{Gait, GaitLabel, Sequencer};
 use crate::loop_health::LoopHealth;
 use crate::oscillator::Oscillator;
 use crate::parameters::{AngleSource, BlindArcHandling, ParameterError, Parameters, Tuning};
@@ -41,6 +42,7 @@ enum Mode {
     Oscillate(Oscillator),
     Position(PositionControl),
     Duty(f32),
+    Gait(Sequencer, SpeedControl),
 }
 
 /// Every decision of the robot.
@@ -76,6 +78,7 @@ pub struct Controller {
     weak_failsafe: Option<u16>,
     /// Speed of the last straight line of readings, rad/s.
     line_speed: Option<f32>,
+    gait: Option<Gait>,
     telemetry: Telemetry,
 }
 
@@ -111,6 +114,7 @@ impl Controller {
             self_check: SelfCheck::passed(),
             weak_failsafe: None,
             line_speed: None,
+            gait: None,
             telemetry: Telemetry::default(),
         })
     }
@@ -149,6 +153,39 @@ impl Controller {
         self.telemetry
     }
 
+    /// Keeps a gait in place of the one before, to be played on [`Command::Gait`].
+    ///
+    /// # Errors
+    /// It cannot be played, or the motor is driven. What was there before is kept.
+    pub fn keep_gait(&mut self, gait: &Gait) -> Result<(), Refusal> {
+        self.check_gait(gait)?;
+        self.gait = Some(*gait);
+        Ok(())
+    }
+
+    /// Whether [`Controller::keep_gait`] would keep it.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn check_gait(&self, gait: &Gait) -> Result<(), Refusal> {
+        if self.supervisor.state().is_driving() {
+            return Err(Refusal::Driving);
+        }
+        gait.check(&self.parameters.limits, self.parameters.tick).map(drop)
+    }
+
+    /// The gait that it has.
+    #[must_use]
+    pub fn gait(&self) -> Option<GaitLabel> {
+        self.gait.as_ref().map(Gait::label)
+    }
+
+    /// The beginning of the stored gait, if it is the one that is meant and can be played with the present parameters.
+    fn sequencer(&self, id: u32) -> Result<Sequencer, Refusal> {
+        let gait = self.gait.as_ref().filter(|gait| gait.id() == id).ok_or(Refusal::NoGait)?;
+        gait.check(&self.parameters.limits, self.parameters.tick).map(Sequencer::new)
+    }
+
     /// Takes a command given at `time_us`. A repeated equal command only refreshes its age. A stamp ahead of the samples,
     /// or more than a minute behind, comes from another clock or one that has wrapped: the command then counts as fresh.
     ///
@@ -156,6 +193,7 @@ impl Controller {
     /// Why it is refused; the robot goes on with what it does, and the age of the last accepted command counts on.
     pub fn command(&mut self, command: Command, time_us: u64) -> Result<(), Refusal> {
         command.check(&self.parameters.limits)?;
+        let begins = if let Command::Gait { id } = command { Some(self.sequencer(id)?) } else { None };
         if let Some(fault) = self.supervisor.fault() {
             if command != Command::ClearFault {
                 return Err(Refusal::Faulted(fault));
@@ -182,7 +220,7 @@ impl Controller {
             }
         } else if command != self.command || before != self.supervisor.state() {
             self.command = command;
-            self.enter(before);
+            self.enter(before, begins);
         }
         Ok(())
     }
@@ -225,8 +263,8 @@ impl Controller {
         if age > OLDEST_US { 0.0 } else { seconds(age) }
     }
 
-    /// Sets the mode up for a new command.
-    fn enter(&mut self, before: State) {
+    /// Sets the mode up for a new command; with the beginning of the gait that it plays, where it plays one.
+    fn enter(&mut self, before: State, begins: Option<Sequencer>) {
         let slow = self.estimator.estimate().speed.abs() < self.parameters.acquisition.least_speed;
         if self.supervisor.state().is_driving() && !before.is_driving() && slow {
             // At rest no reading is trusted, nor what was known before somebody may have turned the shaft.
@@ -242,6 +280,9 @@ impl Controller {
                 *mode = Mode::Oscillate(Oscillator::new(from, to, style, &x));
             }
             (Command::Duty { duty }, mode) => *mode = Mode::Duty(duty),
+            (Command::Gait { .. }, mode) => {
+                *mode = begins.map_or(Mode::Off, |sequencer| Mode::Gait(sequencer, SpeedControl::new(0.0, &x)));
+            }
             (Command::Idle | Command::Coast | Command::ClearFault, mode) => *mode = Mode::Off,
         }
         if before != self.supervisor.state() {
@@ -282,6 +323,7 @@ impl Controller {
         let is_driving = self.supervisor.state().is_driving();
         self.self_check.update(&self.parameters, &watched, reading, is_driving);
         self.supervise(&watched, reading, gate, line, elapsed);
+        self.play(elapsed);
         self.actuate(sample, elapsed);
         self.slow_down_alone();
         if !is_sound(&self.estimator.estimate(), self.actuation) {
@@ -395,7 +437,7 @@ impl Controller {
         self.tracking = true;
         let x = self.estimator.estimate();
         match &mut self.mode {
-            Mode::Speed(speed) => speed.reset_phase(&x),
+            Mode::Speed(speed) | Mode::Gait(_, speed) => speed.reset_phase(&x),
             Mode::Oscillate(oscillator) => oscillator.reset_phase(&x),
             Mode::Position(_) | Mode::Duty(_) | Mode::Off => {}
         }
@@ -437,6 +479,19 @@ impl Controller {
         }
     }
 
+    /// The speed of the gait's present step, or the end.
+    fn play(&mut self, elapsed: Elapsed) {
+        let Mode::Gait(sequencer, speed) = &mut self.mode else { return };
+        match self.gait.as_ref().and_then(|gait| sequencer.advance(gait, elapsed.ticks)) {
+            Some(omega) => speed.retarget(omega),
+            None => {
+                self.supervisor.request(Event::Coast);
+                self.command = Command::Coast;
+                self.mode = Mode::Off;
+            }
+        }
+    }
+
     fn actuate(&mut self, sample: &Sample, elapsed: Elapsed) {
         if !self.supervisor.state().is_driving() {
             self.actuation = Actuation::OFF;
@@ -450,7 +505,9 @@ impl Controller {
             self.time_without_angle = 0.0;
             return;
         }
-        if self.parameters.position.source == AngleSource::MovingAverage && !matches!(self.mode, Mode::Speed(_)) {
+        if self.parameters.position.source == AngleSource::MovingAverage
+            && !matches!(self.mode, Mode::Speed(_) | Mode::Gait(..))
+        {
             self.actuate_as_the_thesis(sample, elapsed);
             return;
         }
@@ -460,7 +517,7 @@ impl Controller {
         let time = f32::from(elapsed.ticks) * p.tick;
         self.time_without_angle = if self.tracking { 0.0 } else { self.time_without_angle + time };
         let voltage = match &mut self.mode {
-            Mode::Speed(speed) => {
+            Mode::Speed(speed) | Mode::Gait(_, speed) => {
                 speed.advance(time);
                 if self.tracking {
                     speed.voltage(p, &x, supply)
@@ -514,7 +571,7 @@ impl Controller {
             }
             // It averages by itself.
             Mode::Position(position) => position.voltage(p, reading, self.saturated, time),
-            Mode::Speed(_) | Mode::Duty(_) | Mode::Off => 0.0,
+            Mode::Speed(_) | Mode::Gait(..) | Mode::Duty(_) | Mode::Off => 0.0,
         };
         let wanted = voltage / p.bridge.rail;
         if !wanted.is_finite() {
@@ -535,7 +592,7 @@ impl Controller {
     fn report(&mut self, sample: &Sample, seen: &PairReading, reading: Reading, gate: Option<GateOutcome>) {
         let x = self.estimator.estimate();
         let (reference_angle, reference_speed) = match &self.mode {
-            Mode::Speed(speed) => (speed.phase(), speed.omega()),
+            Mode::Speed(speed) | Mode::Gait(_, speed) => (speed.phase(), speed.omega()),
             Mode::Oscillate(oscillator) => (oscillator.bound(), 0.0),
             Mode::Position(position) => (position.target(), 0.0),
             Mode::Duty(_) | Mode::Off => (x.angle, 0.0),

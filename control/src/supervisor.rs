@@ -26,6 +26,8 @@ pub enum State {
     Coast,
     /// Bridge off until cleared.
     Fault,
+    /// Closed loop: plays the stored gait, a speed after the other.
+    Gait,
 }
 
 /// Cause of a fault.
@@ -75,6 +77,8 @@ pub enum Event {
     Clear,
     /// A fault was found.
     Fault,
+    /// Command `Gait`.
+    Gait,
 }
 
 impl Event {
@@ -95,10 +99,18 @@ pub enum Outcome {
 }
 
 /// Every state, in the order of [`TABLE`]'s rows.
-pub const STATES: [State; 7] =
-    [State::Idle, State::Speed, State::Oscillate, State::Position, State::Duty, State::Coast, State::Fault];
+pub const STATES: [State; 8] = [
+    State::Idle,
+    State::Speed,
+    State::Oscillate,
+    State::Position,
+    State::Duty,
+    State::Coast,
+    State::Fault,
+    State::Gait,
+];
 /// Every event, in the order of [`TABLE`]'s columns.
-pub const EVENTS: [Event; 8] = [
+pub const EVENTS: [Event; 9] = [
     Event::Idle,
     Event::Coast,
     Event::Speed,
@@ -107,6 +119,7 @@ pub const EVENTS: [Event; 8] = [
     Event::Duty,
     Event::Clear,
     Event::Fault,
+    Event::Gait,
 ];
 /// Every fault.
 pub const FAULTS: [Fault; 11] = [
@@ -131,17 +144,19 @@ const OSCILLATE: Outcome = Outcome::To(State::Oscillate);
 const POSITION: Outcome = Outcome::To(State::Position);
 const DUTY: Outcome = Outcome::To(State::Duty);
 const FAULT: Outcome = Outcome::To(State::Fault);
+const GAIT: Outcome = Outcome::To(State::Gait);
 
 /// The table: a row a state, a column an event.
 #[rustfmt::skip]
-pub const TABLE: [(State, [(Event, Outcome); 8]); 7] = [
-    (State::Idle,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
-    (State::Speed,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, SPEED),     (Event::Fault, FAULT)]),
-    (State::Oscillate, [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, OSCILLATE), (Event::Fault, FAULT)]),
-    (State::Position,  [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, POSITION),  (Event::Fault, FAULT)]),
-    (State::Duty,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, DUTY),      (Event::Fault, FAULT)]),
-    (State::Coast,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, COAST),     (Event::Fault, FAULT)]),
-    (State::Fault,     [(Event::Idle, NO),   (Event::Coast, NO),    (Event::Speed, NO),    (Event::Oscillate, NO),        (Event::Position, NO),       (Event::Duty, NO),   (Event::Clear, IDLE),      (Event::Fault, FAULT)]),
+pub const TABLE: [(State, [(Event, Outcome); 9]); 8] = [
+    (State::Idle,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, IDLE),      (Event::Fault, FAULT), (Event::Gait, GAIT)]),
+    (State::Speed,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, SPEED),     (Event::Fault, FAULT), (Event::Gait, GAIT)]),
+    (State::Oscillate, [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, OSCILLATE), (Event::Fault, FAULT), (Event::Gait, GAIT)]),
+    (State::Position,  [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, POSITION),  (Event::Fault, FAULT), (Event::Gait, GAIT)]),
+    (State::Duty,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, DUTY),      (Event::Fault, FAULT), (Event::Gait, GAIT)]),
+    (State::Coast,     [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, COAST),     (Event::Fault, FAULT), (Event::Gait, GAIT)]),
+    (State::Fault,     [(Event::Idle, NO),   (Event::Coast, NO),    (Event::Speed, NO),    (Event::Oscillate, NO),        (Event::Position, NO),       (Event::Duty, NO),   (Event::Clear, IDLE),      (Event::Fault, FAULT), (Event::Gait, NO)]),
+    (State::Gait,      [(Event::Idle, IDLE), (Event::Coast, COAST), (Event::Speed, SPEED), (Event::Oscillate, OSCILLATE), (Event::Position, POSITION), (Event::Duty, DUTY), (Event::Clear, GAIT),      (Event::Fault, FAULT), (Event::Gait, GAIT)]),
 ];
 
 /// Looks an event up.
@@ -164,7 +179,7 @@ impl State {
     /// Whether the bridge may drive.
     #[must_use]
     pub fn is_driving(self) -> bool {
-        matches!(self, Self::Speed | Self::Oscillate | Self::Position | Self::Duty)
+        matches!(self, Self::Speed | Self::Oscillate | Self::Position | Self::Duty | Self::Gait)
     }
 }
 

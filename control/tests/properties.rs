@@ -16,6 +16,8 @@ fn any_command() -> impl Strategy<Value = Command> {
         Just(Command::Coast),
         Just(Command::ClearFault),
         any_f32().prop_map(|omega| Command::Speed { omega }),
+        Just(Command::Gait { id: common::gait().id() }),
+        any::<u32>().prop_map(|id| Command::Gait { id }),
         any_f32().prop_map(|angle| Command::Position { angle }),
         any_f32().prop_map(|duty| Command::Duty { duty }),
         (any_f32(), any_f32(), any::<bool>()).prop_map(|(from, to, bang)| Command::Oscillate {
@@ -39,6 +41,7 @@ proptest! {
         steps in prop::collection::vec((any_time(), 0u16..5000, any::<u16>(), prop::option::weighted(0.1, any_command())), 1..400)
     ) {
         let mut controller = Controller::new(&common::parameters()).unwrap();
+        controller.keep_gait(&common::gait()).unwrap();
         let mut time_us = 0u64;
         for ((relative, time), angle, battery, command) in steps {
             time_us = if relative { time_us.wrapping_add(time) } else { time };

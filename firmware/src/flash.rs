@@ -14,6 +14,8 @@ use crate::board;
 pub const PARAMETERS: &str = "params";
 /// Label of the pairing's partition.
 pub const PAIRING: &str = "pairing";
+/// Label of the gait's partition.
+pub const GAIT: &str = "gait";
 /// Bytes at a time: a page of the flash, so that interrupts wait for no more than that (W25Q32JV: 0.4 ms, at most 3 ms).
 const CHUNK: usize = 256;
 

@@ -58,7 +58,11 @@ impl Controller {
             return Err(InputError::new_err(format!("`{command}` is not one command")));
         };
         let limits = self.0.parameters().limits;
-        let answer = self.0.command(given.to_control(), time_us);
+        let kept = match given.gait() {
+            Some(gait) if self.0.gait() != Some(gait.label()) => self.0.keep_gait(&gait),
+            _ => Ok(()),
+        };
+        let answer = kept.and_then(|()| self.0.command(given.to_control(), time_us));
         answer.map_err(|why| {
             let why = simulation::said(*given, why, &limits);
             InputError::new_err(format!("the robot refuses `{given}`: {why}"))

@@ -222,7 +222,10 @@ impl<T: TomlTable> Part for BTreeMap<usize, T> {
                     reader.wrong(&entry.key, field, "is no number", help);
                     None
                 }
-                (Some(_), value @ (Value::Array(_) | Value::Number(_) | Value::Text(_) | Value::Other(_))) => {
+                (
+                    Some(_),
+                    value @ (Value::Array(_) | Value::Number(_) | Value::Text(_) | Value::Boolean(_) | Value::Other(_)),
+                ) => {
                     let message = format!("expected a table, found {}", value.what());
                     reader.wrong(&entry.value_at, field, message, None);
                     None

@@ -44,7 +44,8 @@ pub(crate) enum Value {
     Array(Vec<(At, Value)>),
     Number(f64),
     Text(String),
-    /// A boolean or a date: no field is one. What it is called.
+    Boolean(bool),
+    /// A date, or a number that is none: no field is one. What it is called.
     Other(&'static str),
 }
 
@@ -56,6 +57,7 @@ impl Value {
             Self::Array(_) => "an array",
             Self::Number(_) => "a number",
             Self::Text(_) => "a text",
+            Self::Boolean(_) => "a boolean",
             Self::Other(what) => what,
         }
     }
@@ -125,7 +127,8 @@ pub(crate) fn grow(text: &str, name: &str) -> Result<Table, Vec<Problem>> {
     grow_on(text, name, 0)
 }
 
-fn grow_on(text: &str, name: &str, depth: usize) -> Result<Table, Vec<Problem>> {
+/// Reads the text as it stands: `base` and `remove` are keys like any other.
+pub(crate) fn read(text: &str, name: &str) -> Result<Table, Vec<Problem>> {
     let file = Arc::new(File { name: name.into(), text: text.into() });
     let (parsed, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
@@ -135,7 +138,11 @@ fn grow_on(text: &str, name: &str, depth: usize) -> Result<Table, Vec<Problem>> 
         };
         return Err(errors.iter().map(problem).collect());
     }
-    let mut table = convert_table(parsed.get_ref(), &file, 0..0);
+    Ok(convert_table(parsed.get_ref(), &file, 0..0))
+}
+
+fn grow_on(text: &str, name: &str, depth: usize) -> Result<Table, Vec<Problem>> {
+    let mut table = read(text, name)?;
     let removed = take_removed(&mut table)?;
     let Some(base) = table.entries.remove("base") else {
         return match removed.first() {
@@ -225,7 +232,7 @@ fn convert(value: &DeValue<'_>, file: &Arc<File>, span: Range<usize>) -> Value {
             .map_or(Value::Other("an integer beyond 64 bits"), |integer| Value::Number(integer as f64)),
         DeValue::Float(float) => float.as_str().parse().map_or(Value::Other("an unreadable number"), Value::Number),
         DeValue::String(text) => Value::Text(text.to_string()),
-        DeValue::Boolean(_) => Value::Other("a boolean"),
+        DeValue::Boolean(flag) => Value::Boolean(*flag),
         DeValue::Datetime(_) => Value::Other("a date"),
     }
 }

@@ -96,8 +96,9 @@ fn a_name_is_a_path_in_robot_toml_and_the_default_is_what_stands_there() {
 #[test]
 fn every_robot_with_a_controller_has_its_own_defaults() {
     let mut designed = 0;
-    for file in std::fs::read_dir(root().join("robots")).unwrap() {
-        let robot = Robot::load(&file.unwrap().path()).unwrap();
+    let paths = std::fs::read_dir(root().join("robots")).unwrap().map(|entry| entry.unwrap().path());
+    for path in paths.filter(|path| path.is_file()) {
+        let robot = Robot::load(&path).unwrap();
         let Some(controller) = &robot.controller else { continue };
         let factory = design(&robot).unwrap().parameters;
         for entry in TABLE {

@@ -1,5 +1,5 @@
-//! What the robot keeps in flash: its [`parameters`] and its [`pairing`], each in a partition of its own. Whatever happens to
-//! the supply, the robot finds what was there before or what was written last, whole.
+//! What the robot keeps in flash: its [`parameters`], its [`pairing`] and its [`gait`], each in a partition of its own. Whatever
+//! happens to the supply, the robot finds what was there before or what was written last, whole.
 //!
 //! A partition has two A/B slots, each a wear-levelled map of [`sequential_storage`], and records are written in
 //! turn: the half that holds the newest one is neither written to nor erased. So nothing in the other half matters until
@@ -13,8 +13,8 @@
 //! # Wear
 //! A record of parameters takes 624 bytes, a page of 4096 bytes 6 of them, and every page is erased once in `6 × pages`
 //! saves. SPI flash lasts 100 000 erasures a sector (e.g. Winbond W25Q32JV, "Endurance"): a partition of 24 KiB, 6 pages,
-//! takes 3.6 million saves, one every ten minutes for 68 years. A pairing takes 100 bytes. What is equal to the stored is
-//! not written again.
+//! takes 3.6 million saves, one every ten minutes for 68 years. A pairing takes 100 bytes, a gait 225. What is
+//! equal to the stored is not written again.
 //!
 //! # When
 //! Only with the bridge off: the chip runs from the same flash, and stands still while a page is erased (W25Q32JV: 45 ms,
@@ -29,6 +29,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 mod ab_slots;
+pub mod gait;
 pub mod pairing;
 pub mod parameters;
 mod record;
@@ -40,6 +41,8 @@ pub struct Partitions {
     pub parameters: Range<u32>,
     /// Partition of the pairing, bytes.
     pub pairing: Range<u32>,
+    /// Partition of the gait, bytes.
+    pub gait: Range<u32>,
 }
 
 /// Why something was not stored. What was there before still counts.

@@ -14,7 +14,8 @@ const PAGE: usize = 4096;
 /// Pages of the partitions, as in the firmware's table (`firmware/partitions.csv`).
 const PARAMETER_PAGES: usize = 6;
 const PAIRING_PAGES: usize = 4;
-const PAGES: usize = PARAMETER_PAGES + PAIRING_PAGES;
+const GAIT_PAGES: usize = 4;
+const PAGES: usize = PARAMETER_PAGES + PAIRING_PAGES + GAIT_PAGES;
 /// How long the chip stands still while a page is erased, and for every 256 bytes that are written, µs (W25Q32JV data
 /// sheet, typical).
 const ERASE_US: u64 = 45_000;
@@ -31,8 +32,9 @@ impl Flash {
     /// Where what is kept.
     #[must_use]
     pub fn partitions() -> Partitions {
-        let border = (PARAMETER_PAGES * PAGE) as u32;
-        Partitions { parameters: 0..border, pairing: border..(PAGES * PAGE) as u32 }
+        let [pairing, gait, end] =
+            [PARAMETER_PAGES, PARAMETER_PAGES + PAIRING_PAGES, PAGES].map(|page| (page * PAGE) as u32);
+        Partitions { parameters: 0..pairing, pairing: pairing..gait, gait: gait..end }
     }
 
     /// Blank.

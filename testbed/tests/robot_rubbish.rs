@@ -4,10 +4,11 @@
 mod common;
 
 use common::{DRIVE, Frame, Run, Trial, give, ready};
+use control::gait::Name;
 use control::protocol::radio::{Counters, LONGEST, Report, Request};
 use control::protocol::secure::{Caller, Nonce, Rejected, kind};
 use control::protocol::{VERSION, secure};
-use control::{Command, Stroke};
+use control::{Command, Gait, Stroke};
 use proptest::prelude::*;
 use testbed::setup::{DONGLE, address, pairing};
 
@@ -146,6 +147,7 @@ fn orders() -> impl Strategy<Value = Request> {
     let commands = prop_oneof![
         Just(Command::Idle),
         Just(Command::ClearFault),
+        any::<u32>().prop_map(|id| Command::Gait { id }),
         number().prop_map(|omega| Command::Speed { omega }),
         number().prop_map(|angle| Command::Position { angle }),
         number().prop_map(|duty| Command::Duty { duty }),
@@ -157,7 +159,19 @@ fn orders() -> impl Strategy<Value = Request> {
         2 => (0_u16..150, number()).prop_map(|(index, value)| Request::Set { index, value }),
         1 => Just(Request::Save),
         1 => Just(Request::Factory),
+        2 => gaits().prop_map(Request::KeepGait),
     ]
+}
+
+/// Good ones, and any that bytes on the air can make.
+fn gaits() -> impl Strategy<Value = Gait> {
+    let good = Gait::new(Name::new("any").expect("a name"), &[44.0, -44.0], &[0, 1, 0], 20, true).expect("sound");
+    let bytes = postcard::to_slice(&good, &mut [0; 300]).expect("it fits").to_vec();
+    prop::collection::vec((0..bytes.len(), any::<u8>()), 0..4).prop_filter_map("a message", move |changes| {
+        let mut bytes = bytes.clone();
+        changes.into_iter().for_each(|(at, byte)| bytes[at] = byte);
+        postcard::from_bytes(&bytes).ok()
+    })
 }
 
 #[test]

@@ -7,7 +7,7 @@
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Actuation, Command, Controller, Parameters, Refusal, Sample, Telemetry};
+use crate::{Actuation, Command, Controller, Gait, Parameters, Refusal, Sample, Telemetry};
 
 /// What the host asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -28,6 +28,8 @@ pub enum Question {
     Start(Parameters),
     /// Give it a command at a time, µs.
     Command(Command, u64),
+    /// Let it keep a gait.
+    KeepGait(Gait),
     /// Runs one control period on this sample.
     Tick(Sample),
 }
@@ -50,7 +52,7 @@ pub enum Answer {
     Hello(Hello),
     /// To `Start`: whether the controller takes the parameters.
     Started(bool),
-    /// To `Command`.
+    /// To `Command` and `KeepGait`.
     Commanded(Result<(), Refusal>),
     /// To `Tick`.
     Ticked(Ticked),
@@ -173,6 +175,7 @@ impl<M: Meter> Server<M> {
             (Question::Command(command, time_us), Some(controller)) => {
                 Answer::Commanded(controller.command(command, time_us))
             }
+            (Question::KeepGait(gait), Some(controller)) => Answer::Commanded(controller.keep_gait(&gait)),
             (Question::Tick(sample), Some(controller)) => {
                 let (actuation, cost) = self.meter.measure(|| controller.tick(&sample));
                 self.count = self.count.wrapping_add(1);

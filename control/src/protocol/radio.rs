@@ -7,6 +7,7 @@ use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::gait::{Gait, GaitLabel};
 use crate::{AdcCode, Command, Fault, Refusal, Sensor, State, Telemetry};
 
 /// Longest ESP-NOW payload (version 1), bytes.
@@ -66,6 +67,8 @@ pub enum Request {
     Save,
     /// Use the factory's parameters, now and after the next boot. Only with the bridge off.
     Factory,
+    /// Keep a gait over the next boot, in place of the one before, for [`Command::Gait`]. Only with the bridge off.
+    KeepGait(Gait),
     /// Make a fault. Refused by every image that was not built for that.
     Inject(Injection),
 }
@@ -324,6 +327,8 @@ pub struct Status {
     pub parameters: Source,
     /// The image was built to make faults on request ([`Request::Inject`]): for bring-up, not for use.
     pub injectable: bool,
+    /// The gait that is stored; `None` where there is none that the robot can play.
+    pub gait: Option<GaitLabel>,
     /// The loop and the link.
     pub counters: Counters,
 }
@@ -422,7 +427,8 @@ pub struct Counters {
 mod tests {
     use super::*;
     use crate::Actuation;
-    use crate::protocol::secure::{Key, Sealer};
+    use crate::gait::{MOST_SPEEDS, MOST_STEPS, Name};
+    use crate::protocol::secure::{Key, Nonce, Sealer};
 
     #[test]
     fn the_longest_messages_fit() {
@@ -471,8 +477,9 @@ mod tests {
             heap_least_free: most,
         };
         let name = String::try_from("a name that has all 32 bytes of.").expect("it fits");
+        let gait = Some(longest_gait().label());
         let status =
-            Status { name, reset: Reset::Other, parameters: Source::FactoryDamaged, injectable: true, counters };
+            Status { name, reset: Reset::Other, parameters: Source::FactoryDamaged, injectable: true, gait, counters };
         let echo = Echo { counter: most, age_ms: u16::MAX };
         for message in [Report::Telemetry(batch), Report::Status(status)] {
             let uplink = Uplink { uptime_ms: most, echo, report: message };
@@ -480,6 +487,18 @@ mod tests {
             let (frame, _) = Sealer::robot(Key([1; 32])).seal(&uplink, &mut buffer).expect("it fits");
             std::println!("{} bytes on the air", frame.len());
         }
+        let gait = RequestFrame { number: u16::MAX, deadline_ms: most, request: Request::KeepGait(longest_gait()) };
+        let mut buffer = [0; LONGEST];
+        let mut sealer = Sealer::console(Key([1; 32]), Nonce([2; 8]));
+        let (frame, _) = sealer.seal(&Downlink::Request(gait), &mut buffer).expect("a gait fits one frame");
+        std::println!("{} bytes on the air, a gait", frame.len());
+    }
+
+    /// As long on the air as any.
+    fn longest_gait() -> Gait {
+        let name = Name::new("twelve-bytes").expect("a name");
+        let speeds = [-70.5; MOST_SPEEDS];
+        Gait::new(name, &speeds, &[15; MOST_STEPS], 2000, true).expect("sound")
     }
 
     #[test]

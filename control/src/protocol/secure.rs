@@ -199,7 +199,7 @@ impl Sealer {
         Self { key, call: None, next: 0 }
     }
 
-    fn console(key: Key, call: Nonce) -> Self {
+    pub(super) fn console(key: Key, call: Nonce) -> Self {
         Self { key, call: Some(call), next: 0 }
     }
 

@@ -3,9 +3,10 @@
 
 #![allow(dead_code, reason = "each test and bench uses its part")]
 
+use control::gait::Name;
 use control::parameters::*;
 use control::sensor::{HARMONICS, Harmonic, KNOTS, Knot, SensorMap};
-use control::{Actuation, AdcCode, Command, Controller, Sample};
+use control::{Actuation, AdcCode, Command, Controller, Gait, Sample};
 
 /// A 26:1 gearmotor behind a bridge with drop, at 1 kHz.
 pub fn parameters() -> Parameters {
@@ -120,6 +121,11 @@ pub fn parameters() -> Parameters {
     }
 }
 
+/// A gait that turns round every 40 ms, again and again: what the world's robot has.
+pub fn gait() -> Gait {
+    Gait::new(Name::new("to-and-fro").expect("a name"), &[44.0, -44.0], &[0, 1], 40, true).expect("sound")
+}
+
 /// Controller and shaft.
 pub struct World {
     /// The controller.
@@ -143,7 +149,8 @@ pub struct World {
 impl World {
     /// At rest at 2 rad.
     pub fn new() -> Self {
-        let controller = Controller::new(&parameters()).expect("valid");
+        let mut controller = Controller::new(&parameters()).expect("valid");
+        controller.keep_gait(&gait()).expect("within the limits");
         Self {
             controller,
             time_us: 0,

@@ -20,7 +20,7 @@ use esp_rtos::embassy::InterruptExecutor;
 use firmware::adc::Inputs;
 use firmware::board::{self, Analog, BridgePins, Robot, SerialReceiver, SerialSender};
 use firmware::bridge::PwmBridge;
-use firmware::flash::{Flash, PAIRING, PARAMETERS};
+use firmware::flash::{Flash, GAIT, PAIRING, PARAMETERS};
 #[cfg(feature = "inject")]
 use firmware::inject::ImageFaultInjector;
 use firmware::led::StatusLed;
@@ -73,8 +73,11 @@ async fn start(spawner: Spawner, board: Robot, reset: Reset) -> Result<(), BootE
 
     let image = IMAGE.init(Image::read(BUILT_IN).map_err(BootError::Image)?);
     let mut flash = Flash::new(board.flash);
-    let partitions = PARTITIONS
-        .init(Partitions { parameters: partition(&mut flash, PARAMETERS), pairing: partition(&mut flash, PAIRING) });
+    let partitions = PARTITIONS.init(Partitions {
+        parameters: partition(&mut flash, PARAMETERS),
+        pairing: partition(&mut flash, PAIRING),
+        gait: partition(&mut flash, GAIT),
+    });
     let Booted { about, controller, pairing } =
         shell::robot::boot(&mut flash, partitions, &image.settings, reset).await;
     #[cfg(feature = "inject")]

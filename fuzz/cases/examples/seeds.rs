@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use control::gait::Name;
 use control::protocol::dongle::{FromDongle, Payload, ToDongle};
 use control::protocol::frame::{LONGEST, encode};
 use control::protocol::lockstep::{Answer, AnswerFrame, Hello, Question, QuestionFrame, Target};
@@ -12,7 +13,7 @@ use control::protocol::radio::{
     self, BATCH, Batch, Downlink, Echo, PackedTick, Report, Request, RequestFrame, Status, Uplink,
 };
 use control::protocol::secure::Key;
-use control::{Command, Fault, Sample, State, Stroke};
+use control::{Command, Fault, Gait, Sample, State, Stroke};
 use recording::{
     AngleReading, Drive, LinkQuality, Metadata, Outcome, Recording, SessionEvent, SessionRecorder, Stated,
     TelemetryRow, write_csv, write_mcap_with,
@@ -61,7 +62,9 @@ fn uplinks() -> [Uplink; 3] {
     [uplink(Report::Status(Status::default())), uplink(Report::Telemetry(batch)), uplink(answer)]
 }
 
-fn orders() -> [Downlink; 5] {
+fn orders() -> [Downlink; 7] {
+    let name = Name::new("to-and-fro").expect("a name");
+    let gait = Gait::new(name, &[44.0, -44.0], &[0, 1, 1], 20, true).expect("sound");
     let give = |request| Downlink::Request(RequestFrame { number: 1, deadline_ms: 500, request });
     [
         Downlink::Heartbeat { heard_ms: Some(0) },
@@ -69,6 +72,8 @@ fn orders() -> [Downlink; 5] {
         give(Request::Command(Command::Speed { omega: 44.0 })),
         give(Request::Command(Command::Oscillate { from: -1.5, to: 1.5, style: Stroke::Proportional })),
         give(Request::Set { index: 13, value: 1.5 }),
+        give(Request::KeepGait(gait)),
+        give(Request::Command(Command::Gait { id: gait.id() })),
     ]
 }
 
@@ -136,13 +141,15 @@ fn session() -> Seeds {
 
 /// Drives, turns, stops; parameters; a set with changed bytes.
 fn robot_commands() -> Seeds {
-    let [_, stop, speed, oscillate, set] = orders().map(|order| [&[0], &plain(&order)[..]].concat());
+    let [_, stop, speed, oscillate, set, keep, play] = orders().map(|order| [&[0], &plain(&order)[..]].concat());
     let turn = [6, 29, 255];
     let driven = [&[0][..], &speed, &turn, &turn, &oscillate, &turn, &stop, &turn].concat();
     let tuned = [&[0][..], &set, &[3, 13, 128], &speed, &turn, &[2, 0, 0, 0xC0, 0x7F, 3], &turn].concat();
     let damaged = [&[3, 2, 40, 0, 1, 90, 0, 2][..], &driven].concat();
     let rough = [&driven[..], &[4, 232, 3, 0, 8, 0, 8], &[5, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1], &turn].concat();
+    let gait = [&[0][..], &keep, &play, &turn, &stop, &turn, &play, &turn].concat();
     vec![
+        ("robot_commands", "gait".into(), gait),
         ("robot_commands", "driven".into(), driven),
         ("robot_commands", "tuned".into(), tuned),
         ("robot_commands", "damaged".into(), damaged),
@@ -246,6 +253,7 @@ fn texts() -> Seeds {
         ("robot_file", "robot".into(), fs::read(room().join("../robot.toml")).expect("robot.toml")),
         ("robot_file", "linear".into(), variant("bench-linear.toml")),
         ("robot_file", "xl330".into(), variant("bench-xl330.toml")),
+        ("robot_file", "gait".into(), variant("gaits/alternate.toml")),
     ]
 }
 
@@ -256,6 +264,7 @@ fn store() -> Seeds {
         ("right-checksum", vec![0, 0, 7, 0x81, 2, 40, 0, 1, 90, 0, 2, 3, 0x81, 0, 4]),
         ("torn", vec![0, 0, 7, 0, 8, 0x85, 100, 1, 0x84, 0, 32, 0, 16, 0, 0x86, 0, 0, 0, 48, 0x87, 0, 16, 1, 2, 3, 4]),
         ("pairing", vec![1, 0, 7, 0, 8, 0x82, 200, 0, 1, 0x81, 3, 1, 2, 3, 9, 0, 0, 0x87, 0, 0, 9, 9, 9, 9, 5]),
+        ("gait", vec![3, 0, 7, 0, 8, 0x82, 200, 0, 1, 0x81, 3, 2, 76, 0, 1, 90, 0, 2, 3, 0x81, 0, 4]),
     ];
     seeds.map(|(name, bytes)| ("store", name.to_owned(), bytes)).to_vec()
 }

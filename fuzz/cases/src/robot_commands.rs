@@ -8,9 +8,10 @@ use std::sync::LazyLock;
 
 use control::parameters::table::TABLE;
 use control::protocol::radio::{Downlink, Request};
-use control::{AdcCode, Command, Controller, Parameters, Sample, State};
+use control::{AdcCode, Command, Controller, Gait, Parameters, Refusal, Sample, State};
 use robot_file::Robot;
 use robot_file::design::design;
+use serde::Serialize;
 
 use crate::bytes::Bytes;
 
@@ -39,8 +40,8 @@ pub fn robot_commands(data: &[u8]) {
     }
 }
 
-/// A set with some of its bytes changed.
-pub fn damaged(set: &Parameters, bytes: &mut Bytes) -> Vec<u8> {
+/// A set, or anything no longer, with some of its bytes changed.
+pub fn damaged(set: &impl Serialize, bytes: &mut Bytes) -> Vec<u8> {
     let mut buffer = [0; 2 * size_of::<Parameters>()];
     let mut set = postcard::to_slice(set, &mut buffer).expect("short").to_vec();
     for _ in 0..bytes.u8() % 8 {
@@ -62,7 +63,7 @@ impl ControllerHarness {
         let selector = bytes.u8();
         let mut parameters = *FACTORY;
         if selector & 1 != 0
-            && let Ok(read) = postcard::from_bytes::<Parameters>(&damaged(&FACTORY, bytes))
+            && let Ok(read) = postcard::from_bytes::<Parameters>(&damaged(&*FACTORY, bytes))
         {
             assert_eq!(Controller::new(&read).err(), read.check().err());
             if read.check().is_ok() {
@@ -134,10 +135,25 @@ impl ControllerHarness {
                     let value = control::parameters::table::get(self.controller.parameters(), index);
                     assert_eq!(value.is_some(), usize::from(index) < TABLE.len());
                 }
+                Request::KeepGait(gait) => self.keep_gait(&gait),
                 // The first is the flash's business, the other no ordinary image's.
                 Request::Save | Request::Inject(_) => {}
                 Request::Factory => assert_eq!(self.controller.retune(&FACTORY, &FACTORY), Ok(())),
             },
+        }
+    }
+
+    /// Whatever is in it: what is kept can be played, and what cannot be played is not kept.
+    fn keep_gait(&mut self, gait: &Gait) {
+        let (before, driving) = (self.controller.gait(), self.controller.state().is_driving());
+        let parameters = self.controller.parameters();
+        let can = gait.check(&parameters.limits, parameters.tick).is_ok() && !driving;
+        assert_eq!(self.controller.keep_gait(gait).is_ok(), can);
+        assert_eq!(self.controller.gait(), if can { Some(gait.label()) } else { before });
+        if can {
+            let told = self.controller.command(Command::Gait { id: gait.id() }, self.time_us);
+            assert!(matches!(told, Ok(()) | Err(Refusal::Faulted(_) | Refusal::NotReady(_))), "{told:?}");
+            assert_eq!(self.controller.state() == State::Gait, told.is_ok());
         }
     }
 

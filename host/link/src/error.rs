@@ -188,6 +188,8 @@ fn answered(bytes: u64, bad_frames: u32) -> String {
 fn refusal_help(refusal: Refusal) -> &'static str {
     match refusal {
         Refusal::Faulted(fault) | Refusal::CausePersists(fault) => super::fault(fault).1,
+        Refusal::NoGait => "`gait NAME` sends the robot the gait of a file, with its motor off, and plays it",
+        Refusal::GaitName | Refusal::UnevenInterval { .. } => "docs/gaits.md says what a gait's file holds",
         _ => "the limits are in [controller] of the robot file from which its firmware was built",
     }
 }

@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use control::Refusal;
 use control::protocol::dongle::{Address, Payload, RadioKey};
 use control::protocol::pairing::Pairing;
 use control::protocol::radio::{
     Answer, Batch, Downlink, Echo, LONGEST, Report, Request, RequestFrame, Status, Uplink, Value,
 };
 use control::protocol::secure::{Caller, Kind, Nonce, Opener, Rejected, Sealer, kind, robot_nonce};
+use control::{Command, Refusal};
 
 use super::quality::{Meter, Quality};
 
@@ -334,8 +334,8 @@ impl Robot {
             return;
         }
         let given_up = |request: &PendingRequest| {
-            let patience =
-                if matches!(request.request, Request::Save | Request::Factory) { GIVE_UP_SAVING } else { GIVE_UP };
+            let saves = matches!(request.request, Request::Save | Request::Factory | Request::KeepGait(_));
+            let patience = if saves { GIVE_UP_SAVING } else { GIVE_UP };
             request.begun.is_some_and(|begun| now.saturating_sub(begun.at) > patience)
         };
         if self.requests.front().is_some_and(given_up)
@@ -507,7 +507,19 @@ impl Robot {
             Answer::Refused(refusal) => Outcome::Refused(refusal),
             Answer::TooLate => Outcome::TooLate,
         };
-        events.push(Event::Answered { number, request: request.request, tick: Some(tick), outcome });
+        let request = request.request;
+        self.follow_gait(request, outcome);
+        events.push(Event::Answered { number, request, tick: Some(tick), outcome });
+    }
+
+    /// Which gait is stored is known before the next status says so.
+    fn follow_gait(&mut self, request: Request, outcome: Outcome) {
+        let Some(status) = &mut self.status else { return };
+        match (request, outcome) {
+            (Request::KeepGait(gait), Outcome::Done(_)) => status.gait = Some(gait.label()),
+            (Request::Command(Command::Gait { .. }), Outcome::Refused(Refusal::NoGait)) => status.gait = None,
+            _ => {}
+        }
     }
 
     /// `Stop` has come to its end when telemetry from after it says that the bridge is off.

@@ -67,6 +67,7 @@ pub fn state(state: State) -> &'static str {
         State::Position => "position",
         State::Duty => "duty",
         State::Coast => "coast",
+        State::Gait => "gait",
         State::Fault => "FAULT",
     }
 }
@@ -100,6 +101,11 @@ fn as_typed(field: Field) -> (&'static str, &'static str, f64) {
         Field::Span => ("the stroke", " deg", degrees),
         Field::Angle => ("the angle", " deg", degrees),
         Field::Duty => ("the duty", "", 1.0),
+        Field::GaitSpeed => ("the gait's frequencies", " Hz", conventions::frequency_from_omega(1.0).abs()),
+        Field::GaitSpeeds => ("the number of the gait's frequencies", "", 1.0),
+        Field::GaitStep => ("the gait's step, an index into its frequencies,", "", 1.0),
+        Field::GaitSteps => ("the number of the gait's steps", "", 1.0),
+        Field::GaitInterval => ("the gait's interval", " s", 1.0),
     }
 }
 
@@ -116,7 +122,7 @@ pub fn outcome(outcome: Outcome) -> String {
     }
 }
 
-/// A robot in two lines: who and where, and how it started.
+/// A robot in two lines: who and where, and how it started and what it has stored.
 #[must_use]
 pub fn robot(robot: &Robot, now: Duration) -> [String; 2] {
     let mut who = format!("{} at {}", robot.name(), address(&robot.address()));
@@ -133,7 +139,9 @@ pub fn robot(robot: &Robot, now: Duration) -> [String; 2] {
         |status| {
             let up = robot.uptime().unwrap_or_default().as_secs();
             let injectable = if status.injectable { "; FAULT INJECTION BUILT IN" } else { "" };
-            format!("up {up} s since {}; parameters {}{injectable}", reset(status.reset), source(status.parameters))
+            let gait = status.gait.map_or_else(String::new, |label| format!("; gait {} stored", label.name));
+            let (reset, source) = (reset(status.reset), source(status.parameters));
+            format!("up {up} s since {reset}; parameters {source}{gait}{injectable}")
         },
     );
     [who, how]

@@ -92,6 +92,11 @@ impl<'a> View<'a> {
         if points.iter().any(|(_, hz)| hz.is_some()) {
             lines.push(Line { label: "target".into(), colour: TARGET, dashed: true, width: 2, points });
         }
+        let plays = |t: &Tick| t.telemetry.state == control::State::Gait;
+        if self.trace.ticks.iter().any(plays) {
+            let step = |t: &Tick| plays(t).then(|| frequency_from_omega(f64::from(t.telemetry.reference_speed)));
+            lines.push(Line { dashed: true, ..self.line("gait", TARGET, step) });
+        }
         Panel { band: None, ..self.panel("Speed of the shaft, clockwise positive", "frequency / Hz", lines) }
     }
 

@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for robot in &robots {
             if tick.is_multiple_of(60_000) {
                 let command = Some(Command::Speed { omega: -44.0 });
-                let command = SessionEvent::Command { text: "freq 7".into(), command, repeat: false };
+                let command = SessionEvent::Command { text: "freq 7".into(), command, repeat: false, gait: None };
                 recorder.event(t_s, Some(*robot), &command)?;
             }
             if tick.is_multiple_of(1000) {

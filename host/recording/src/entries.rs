@@ -270,7 +270,7 @@ fn csv_entries(path: &Path, each: &mut dyn FnMut(Entry)) -> Result<(), Recording
             // The file has no repeats apart from the text.
             let repeat = text == last_order;
             text.clone_into(&mut last_order);
-            let event = SessionEvent::Command { text: text.to_owned(), command: None, repeat };
+            let event = SessionEvent::Command { text: text.to_owned(), command: None, repeat, gait: None };
             each(Entry::Event(RecordedEvent { t_s: row.t_s, robot: None, event }));
         }
         rows.stated = stated(&cell);

@@ -213,8 +213,8 @@ impl EventChannels {
         t_s: f64,
         command: &LoggedCommand,
     ) -> mcap::McapResult<()> {
-        let (text, command, repeat) = (command.text.clone(), command.command, command.repeat);
-        let message = At { t_s, what: SessionEvent::Command { text, command, repeat } };
+        let LoggedCommand { text, command, repeat, gait, .. } = command.clone();
+        let message = At { t_s, what: SessionEvent::Command { text, command, repeat, gait: gait.map(Box::new) } };
         writer.write_to_known_channel(header, json!(message).to_string().as_bytes())
     }
 

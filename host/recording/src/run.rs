@@ -107,8 +107,8 @@ impl Beside {
         }
     }
 
-    fn command(&mut self, text: String, command: Option<control::Command>, repeat: bool) {
-        self.commands.push(LoggedCommand { row: self.row, text, command, repeat });
+    fn command(&mut self, text: String, command: Option<control::Command>, repeat: bool, gait: Option<control::Gait>) {
+        self.commands.push(LoggedCommand { row: self.row, text, command, repeat, gait });
     }
 
     fn read_csv(&mut self, path: &Path) -> Result<(), RecordingError> {
@@ -138,7 +138,7 @@ impl Beside {
             };
             for text in cell("order").into_iter().flat_map(|orders| orders.split(';')).map(str::trim) {
                 // The file has no repeats apart from the text.
-                self.command(text.to_owned(), None, text == last);
+                self.command(text.to_owned(), None, text == last, None);
                 text.clone_into(&mut last);
             }
             self.stated.extend(stated(&cell));
@@ -183,9 +183,9 @@ impl Beside {
                 }
                 Kind::Event if choice.concerns(topic) => {
                     let RecordedEvent { event, .. } = event(&topic.robot, data);
-                    if let SessionEvent::Command { text, command, repeat } = event {
+                    if let SessionEvent::Command { text, command, repeat, gait } = event {
                         self.row = next;
-                        self.command(text, command, repeat);
+                        self.command(text, command, repeat, gait.map(|gait| *gait));
                     }
                 }
                 _ => {}

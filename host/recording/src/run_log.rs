@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use control::Command;
+use control::{Command, Gait};
 
 use super::{ExtraColumn, Recording, RecordingError, Stated};
 
@@ -28,6 +28,8 @@ pub struct LoggedCommand {
     pub command: Option<Command>,
     /// The command before, told again to keep it fresh.
     pub repeat: bool,
+    /// Instead of a command: the gait that the controller was to keep.
+    pub gait: Option<Gait>,
 }
 
 impl RunLog {

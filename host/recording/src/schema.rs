@@ -40,7 +40,7 @@ pub(super) fn event_schema() -> Value {
             "t_s": { "type": "number" }, "kind": { "type": "string" }, "text": { "type": "string" },
             "command": { "type": ["object", "string", "null"] }, "repeat": { "type": "boolean" },
             "outcome": { "type": "string" }, "fault": { "type": "string" }, "tick": { "type": "integer" },
-            "parameter": { "type": "object" },
+            "parameter": { "type": "object" }, "gait": { "type": "object" },
         }),
     )
 }

@@ -1,6 +1,6 @@
 //! What a console session records beside samples: states, events, the quality of the link. Plain data, no link in it.
 
-use control::{Command, Fault, Sensor, State};
+use control::{Command, Fault, Gait, Sensor, State};
 use serde::{Deserialize, Serialize};
 
 /// One tick as a robot told it.
@@ -71,6 +71,9 @@ pub enum SessionEvent {
         /// The command before, told again to keep it fresh.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         repeat: bool,
+        /// The gait that the robot shall keep, where it is sent one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        gait: Option<Box<Gait>>,
     },
     /// The robot answered a command.
     Answer {

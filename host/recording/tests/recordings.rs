@@ -116,7 +116,7 @@ fn a_whole_run_is_read_back_and_written_the_same() {
     };
     let command = |row, text: &str, repeat| {
         let omega = 7.0;
-        LoggedCommand { row, text: text.into(), command: Some(Command::Speed { omega }), repeat }
+        LoggedCommand { row, text: text.into(), command: Some(Command::Speed { omega }), repeat, gait: None }
     };
     for name in ["run.csv", "run.mcap"] {
         let (path, again) = (directory.path().join(name), directory.path().join(format!("again-{name}")));

@@ -34,7 +34,7 @@ fn row(tick: u64) -> TelemetryRow {
 }
 
 fn order(text: &str, command: Option<control::Command>) -> SessionEvent {
-    SessionEvent::Command { text: text.into(), command, repeat: false }
+    SessionEvent::Command { text: text.into(), command, repeat: false, gait: None }
 }
 
 fn answer(text: &str, outcome: Outcome, tick: Option<u64>) -> SessionEvent {
@@ -49,7 +49,12 @@ fn happenings() -> Vec<SessionEvent> {
         order("freq 7", Some(control::Command::Speed { omega: -43.982_297 })),
         order("oscillate -100..5.7 proportional", Some(swing)),
         order("coast", Some(control::Command::Coast)),
-        SessionEvent::Command { text: "coast".into(), command: Some(control::Command::Coast), repeat: true },
+        SessionEvent::Command {
+            text: "coast".into(),
+            command: Some(control::Command::Coast),
+            repeat: true,
+            gait: None,
+        },
         order("get \"ä\\n\u{1}", None),
         answer("12 V/rad", Outcome::Done, Some(41)),
         answer("no", Outcome::Refused, Some(42)),

@@ -13,6 +13,7 @@ use common::{robot_file, tty};
 use control::protocol::radio::Reset;
 use control::{Fault, State};
 use recording::{ReadOptions, SessionEvent, events, load_with};
+use robot_file::gait::GaitFile;
 use serde_json::Value;
 use testbed::injected_event::InjectedEvent;
 #[cfg(target_os = "linux")]
@@ -127,6 +128,50 @@ fn commands_are_done_one_after_the_other_and_recorded() {
     assert_eq!(typed, ["clear", "freq 7", "set frequency_hz 9", "get frequency_hz"]);
     assert!(events.iter().any(|event| event.event == SessionEvent::Stop));
     assert!(events.iter().any(|event| matches!(&event.event, SessionEvent::Note { text } if text == "here")));
+}
+
+#[test]
+fn a_gait_is_sent_once_kept_over_a_restart_and_played() {
+    let tty = OnTty::new(1);
+    let file = tty.directory.path().join("turn.toml");
+    let turn = GaitFile::new("turn", 0.4, true, &[7.0, -7.0]).expect("good");
+    turn.save(&file).expect("written");
+    let gait = format!("gait {}", file.display());
+    let (code, stdout, stderr) =
+        tty.run(&["--command", &format!("clear; {gait}; wait 1s; status; stop; {gait}; stop; status")]);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    let lines: Vec<&str> = stdout.lines().collect();
+    let (sent, done) = ("keep gait turn: done", "gait turn: done");
+    let kept = lines.iter().filter(|line| **line == sent).count();
+    let played = lines.iter().filter(|line| **line == done).count();
+    assert_eq!((kept, played), (1, 2), "{stdout}");
+    assert!(stdout.contains("gait, ") && stdout.contains("idle, "), "{stdout}");
+    // What was sent is in the recording.
+    let events = events(&tty.recording()).expect("events");
+    let recorded = events.iter().find_map(|event| match &event.event {
+        SessionEvent::Command { gait: Some(gait), .. } => Some(**gait),
+        _ => None,
+    });
+    assert_eq!(recorded, Some(*turn.gait()));
+    // It is there after the battery was out, and another one of the same name is not taken for it.
+    tty.simulation.apply(InjectedEvent::PowerCut(0));
+    tty.simulation.apply(InjectedEvent::Boot(0, Reset::PowerOn));
+    let (code, stdout, stderr) = tty.run(&["--command", &format!("clear; {gait}; stop")]);
+    assert_eq!((code, stdout.contains("keep gait")), (Some(0), false), "{stdout}{stderr}");
+    GaitFile::new("turn", 0.4, true, &[6.0, -7.0]).and_then(|other| other.save(&file)).expect("written");
+    let (code, stdout, stderr) = tty.run(&["--command", &format!("{gait}; stop")]);
+    assert_eq!((code, stdout.contains("keep gait turn: done")), (Some(0), true), "{stdout}{stderr}");
+    // Refused with its reason, and the one before stays; a file that is none is wrong usage of nothing.
+    GaitFile::new("fast", 0.4, true, &[14.0]).and_then(|fast| fast.save(&file)).expect("written");
+    let (code, stdout, stderr) = tty.run(&["--command", &gait]);
+    let said = format!("{stdout}{stderr}");
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("the gait's frequencies must be from 1.0000 to 12.0000 Hz, not 14.0000"), "{said}");
+    std::fs::write(&file, "name = \"x\"\n").expect("written");
+    let (code, stdout, stderr) = tty.run(&["--command", &gait]);
+    let said = format!("{stdout}{stderr}");
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("turn.toml") && said.contains("steps_hz"), "{said}");
 }
 
 #[test]

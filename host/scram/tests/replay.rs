@@ -14,6 +14,7 @@ use recording::{
     write_mcap,
 };
 use robot_file::Robot;
+use robot_file::gait::GaitFile;
 use scram::console::Engine;
 use scram::replay::{Findings, replay};
 use serde_json::Value;
@@ -83,6 +84,24 @@ fn a_simulated_run_is_decided_again_to_the_bit() {
             assert!(svg.contains("polyline"), "{name} has no line");
         }
     }
+}
+
+#[test]
+fn a_gait_is_in_the_recording_and_played_again_to_the_bit() {
+    let directory = tempfile::tempdir().unwrap();
+    let gait = GaitFile::new("turn", 0.04, false, &[7.0, 7.0, -8.0, -8.0, -8.0, 6.0].repeat(8)).unwrap();
+    gait.save(&directory.path().join("turn.toml")).unwrap();
+    let script = "freq 7\nwait 0.5\ngait ./turn.toml\nwait 2.5\nidle\nwait 0.2\n";
+    std::fs::write(directory.path().join("gait.txt"), script).unwrap();
+    let file = root().join("robot.toml");
+    simulate(directory.path(), &file, "script:gait.txt", "");
+    // The recording alone holds it.
+    std::fs::remove_file(directory.path().join("turn.toml")).unwrap();
+    assert_identical(&replayed(directory.path(), &file, "run/run.mcap"));
+    // A table has its name only.
+    let found = replayed(directory.path(), &file, "run/run.csv");
+    assert_eq!(found["same"], false);
+    assert!(found.to_string().contains("the gait is not in this file"), "{found}");
 }
 
 #[test]
@@ -209,7 +228,9 @@ fn tell(recorder: &mut SessionRecorder, channel: RobotChannel, trace: &Trace, lo
         // It takes 7 ms from the console to the robot.
         while let Some(told) = commands.next_if(|told| told.tick <= index + 7) {
             let (text, command) = (told.command.to_string(), Some(told.command.to_control()));
-            recorder.event(t_s, Some(channel), &SessionEvent::Command { text, command, repeat: false }).unwrap();
+            recorder
+                .event(t_s, Some(channel), &SessionEvent::Command { text, command, repeat: false, gait: None })
+                .unwrap();
         }
         if index % 100 == 0 {
             let far = (index as f32 * 2e-3).sin();

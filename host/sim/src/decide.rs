@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, Telemetry};
+use control::{Actuation, Command, Controller, Gait, Parameters, Refusal, Sample, Telemetry};
 
 /// A controller in this process or on a chip.
 pub trait Decide {
@@ -20,6 +20,12 @@ pub trait Decide {
     /// # Errors
     /// The controller cannot be reached.
     fn command(&mut self, command: Command, time_us: u64) -> Result<Result<(), Refusal>, Self::Error>;
+
+    /// Keeps a gait, to be played on [`Command::Gait`]; the inner result is the controller's answer.
+    ///
+    /// # Errors
+    /// The controller cannot be reached.
+    fn keep_gait(&mut self, gait: &Gait) -> Result<Result<(), Refusal>, Self::Error>;
 
     /// One control period.
     ///
@@ -41,6 +47,10 @@ impl Decide for Controller {
 
     fn command(&mut self, command: Command, time_us: u64) -> Result<Result<(), Refusal>, Infallible> {
         Ok(self.command(command, time_us))
+    }
+
+    fn keep_gait(&mut self, gait: &Gait) -> Result<Result<(), Refusal>, Infallible> {
+        Ok(self.keep_gait(gait))
     }
 
     fn tick(&mut self, sample: &Sample) -> Result<Actuation, Infallible> {

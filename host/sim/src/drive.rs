@@ -1,16 +1,18 @@
 //! What the robot is told during a run, as a person types it: hertz and degrees.
 //!
-//! `freq:7`, `oscillate:-100..100`, `position:30`, `duty:0.6`, or `script:FILE` with one order a line; the format is
+//! `freq:7`, `oscillate:-100..100`, `position:30`, `duty:0.6`, `gait:NAME`, or `script:FILE` with one order a line; the format is
 //! in `docs/recordings.md`.
 
 use std::path::{Path, PathBuf};
 
-use control::{Command, Stroke};
+use control::{Command, Gait, Stroke};
+use robot_file::gait::GaitFile;
 
 use common::conventions::{omega_from_frequency, radians};
 
 /// Command of a drive, in the units in which a person types it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a few exist at a time, and boxed it could not be copied")]
 pub enum DriveCommand {
     /// Hold an actuation frequency, Hz, the thesis's sign.
     Freq {
@@ -36,6 +38,8 @@ pub enum DriveCommand {
         /// −1 … 1, positive counter-clockwise.
         duty: f64,
     },
+    /// Let the robot keep this gait, and play it.
+    Gait(Gait),
     /// Bridge off, the shaft turns out.
     Coast,
     /// Bridge off.
@@ -58,7 +62,14 @@ impl DriveCommand {
             Self::Idle => Command::Idle,
             Self::Duty { duty } => Command::Duty { duty: duty as f32 },
             Self::Clear => Command::ClearFault,
+            Self::Gait(gait) => Command::Gait { id: gait.id() },
         }
+    }
+
+    /// The gait that it plays, if it plays one.
+    #[must_use]
+    pub fn gait(self) -> Option<Gait> {
+        if let Self::Gait(gait) = self { Some(gait) } else { None }
     }
 
     /// The kind of order, as it is typed.
@@ -72,6 +83,7 @@ impl DriveCommand {
             Self::Coast => "coast",
             Self::Idle => "idle",
             Self::Clear => "clear",
+            Self::Gait(_) => "gait",
         }
     }
 }
@@ -87,6 +99,7 @@ impl std::fmt::Display for DriveCommand {
             }
             Self::Position { deg } => write!(f, "{kind} {deg}"),
             Self::Duty { duty } => write!(f, "{kind} {duty}"),
+            Self::Gait(gait) => write!(f, "{kind} {}", gait.name()),
             Self::Coast | Self::Idle | Self::Clear => f.write_str(kind),
         }
     }
@@ -106,7 +119,7 @@ pub struct Step {
 pub struct Drive {
     /// In the order of their times.
     pub steps: Vec<Step>,
-    /// When a script ends, s.
+    /// When a script ends, or a gait for the first time, s.
     pub end_s: Option<f64>,
 }
 
@@ -116,7 +129,8 @@ pub enum DriveError {
     /// Not one of the forms.
     #[error("drive `{text}`: {problem}")]
     #[diagnostic(help(
-        "freq:HZ, oscillate:FROM..TO (degrees), position:DEG, duty:SHARE or script:FILE, e.g. freq:7 or oscillate:-100..100"
+        "freq:HZ, oscillate:FROM..TO (degrees), position:DEG, duty:SHARE, gait:NAME or script:FILE, e.g. freq:7 or \
+         oscillate:-100..100"
     ))]
     Drive {
         /// What was typed.
@@ -127,8 +141,8 @@ pub enum DriveError {
     /// A line of a script.
     #[error("{}, line {line}: {problem}", path.display())]
     #[diagnostic(help(
-        "a line is `[SECONDS] ORDER`, e.g. `0.5 freq 7`, `oscillate -100..100`, `position 30`, `duty 0.6`, `coast`, \
-         `idle`, `clear`, or `wait 0.5`; # begins a comment"
+        "a line is `[SECONDS] ORDER`, e.g. `0.5 freq 7`, `oscillate -100..100`, `position 30`, `duty 0.6`, `gait NAME`, \
+         `coast`, `idle`, `clear`, or `wait 0.5`; # begins a comment"
     ))]
     Script {
         /// Path of the file, as given.
@@ -147,6 +161,10 @@ pub enum DriveError {
         /// What the operating system said.
         source: std::io::Error,
     },
+    /// A gait's file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Gait(#[from] robot_file::RobotFileError),
 }
 
 impl Drive {
@@ -165,6 +183,11 @@ impl Drive {
         if kind == "script" {
             return Self::load(Path::new(argument));
         }
+        if kind == "gait" && !argument.is_empty() {
+            let file = GaitFile::load(&GaitFile::path_of(argument))?;
+            let drive = Self::constant(DriveCommand::Gait(*file.gait()));
+            return Ok(Self { end_s: Some(file.length_s()), ..drive });
+        }
         command(kind, argument)
             .map(Self::constant)
             .map_err(|problem| DriveError::Drive { text: text.to_owned(), problem })
@@ -172,14 +195,25 @@ impl Drive {
 
     fn load(path: &Path) -> Result<Self, DriveError> {
         let text = std::fs::read_to_string(path).map_err(|source| DriveError::Io { path: path.to_owned(), source })?;
-        Self::parse_script(&text, path)
+        Self::parse_lines(&text, path, &|argument| {
+            let file = GaitFile::load(&GaitFile::path_of(argument)).map_err(|error| error.to_string())?;
+            Ok(DriveCommand::Gait(*file.gait()))
+        })
     }
 
-    /// The text of a script; `path` is for messages.
+    /// The text of a script; `path` is for messages. Nothing is read but the text: `gait` is refused.
     ///
     /// # Errors
     /// The first line that is wrong.
     pub fn parse_script(text: &str, path: &Path) -> Result<Self, DriveError> {
+        Self::parse_lines(text, path, &|argument| command("gait", argument))
+    }
+
+    fn parse_lines(
+        text: &str,
+        path: &Path,
+        gait: &dyn Fn(&str) -> Result<DriveCommand, String>,
+    ) -> Result<Self, DriveError> {
         let mut clock_s = 0.0;
         let mut steps = Vec::new();
         for (index, line) in text.lines().enumerate() {
@@ -203,7 +237,8 @@ impl Drive {
                 }
                 clock_s += wait;
             } else {
-                steps.push(Step { at_s: clock_s, command: command(kind, argument).map_err(wrong)? });
+                let command = if kind == "gait" { gait(argument.trim()) } else { command(kind, argument) };
+                steps.push(Step { at_s: clock_s, command: command.map_err(wrong)? });
             }
         }
         if steps.is_empty() {
@@ -231,7 +266,7 @@ fn number(text: &str) -> Result<f64, String> {
 }
 
 impl DriveCommand {
-    /// Reads a command: its kind, and what comes after it.
+    /// Reads a command: its kind, and what comes after it. Reads no file: `gait` is refused.
     ///
     /// # Errors
     /// What is wrong, for a person.
@@ -270,6 +305,8 @@ fn command(kind: &str, argument: &str) -> Result<DriveCommand, String> {
         "coast" => bare(DriveCommand::Coast),
         "idle" => bare(DriveCommand::Idle),
         "clear" => bare(DriveCommand::Clear),
+        "gait" if argument.is_empty() => Err("a gait's name or file is missing".into()),
+        "gait" => Err("a gait is read from a file, which cannot be done here".into()),
         other => Err(format!("no order `{other}`")),
     }
 }

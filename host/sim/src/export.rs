@@ -53,8 +53,18 @@ pub fn run_log(trace: &Trace, robot: &Robot) -> RunLog {
         text: told.command.to_string(),
         command: Some(told.command.to_control()),
         repeat: told.repeat,
+        gait: None,
     });
-    RunLog { numbers, stated, commands: told.collect() }
+    let kept = trace.kept.iter().map(|(row, gait)| LoggedCommand {
+        row: *row,
+        text: format!("keep gait {}", gait.name()),
+        command: None,
+        repeat: false,
+        gait: Some(*gait),
+    });
+    let mut commands: Vec<LoggedCommand> = kept.chain(told).collect();
+    commands.sort_by_key(|command| command.row);
+    RunLog { numbers, stated, commands }
 }
 
 /// Truth and belief.

@@ -37,7 +37,7 @@ mod walk_metrics;
 mod world;
 
 use control::parameters::Limits;
-use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, State, Telemetry};
+use control::{Actuation, Command, Controller, Field, Gait, Parameters, Refusal, Sample, State, Telemetry};
 use hal_sim::body::plan::PlanError;
 use hal_sim::{Settings, SimulatedRobot, Truth};
 use robot_file::robot::Robot;
@@ -124,6 +124,8 @@ pub struct Trace {
     pub commands: Vec<GivenCommand>,
     /// Everything that reached the controller, in this order.
     pub told: Vec<DeliveredCommand>,
+    /// Gaits that it has kept, each with the tick before whose commands it was sent.
+    pub kept: Vec<(usize, Gait)>,
     /// What was broken.
     pub faults: Vec<Scheduled>,
     /// What the controller knows about the robot.
@@ -230,6 +232,11 @@ pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan:
     let mut ticks = Vec::with_capacity(count);
     let mut commands: Vec<GivenCommand> = Vec::new();
     let mut told: Vec<DeliveredCommand> = Vec::new();
+    // The first gait of the drive is the one that the robot has stored: only with its bridge off it takes another.
+    let mut kept: Vec<(usize, Gait)> = Vec::new();
+    if let Some(gait) = plan.drive.steps.iter().find_map(|step| step.command.gait()) {
+        keep_gait(decider, &mut kept, 0, gait)?;
+    }
     let mut steps = plan.drive.steps.iter().peekable();
     let mut current: Option<DriveCommand> = None;
     for fault in &plan.faults {
@@ -248,8 +255,12 @@ pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan:
         while let Some(step) = steps.next_if(|step| step.at_s <= time_s + 0.5 * tick_s) {
             let refusal = if linked {
                 told.push(DeliveredCommand { tick: index, command: step.command, repeat: false });
-                decider
-                    .command(step.command.to_control(), sample.time_us)?
+                let refusal = match step.command.gait() {
+                    Some(gait) => keep_gait(decider, &mut kept, index, gait)?,
+                    None => None,
+                };
+                refusal
+                    .map_or_else(|| decider.command(step.command.to_control(), sample.time_us), |why| Ok(Err(why)))?
                     .err()
                     .map(|refusal| said(step.command, refusal, &limits))
             } else {
@@ -266,7 +277,24 @@ pub fn closed_loop_in<W: World, D: Decide>(robot: &mut W, decider: &mut D, plan:
         ticks.push(Tick { time_s, sample, actuation, telemetry: decider.telemetry(), truth: robot.truth() });
         robot.advance(actuation);
     }
-    Ok(Trace { tick_s, ticks, commands, told, faults: plan.faults.clone(), parameters: *decider.parameters() })
+    Ok(Trace { tick_s, ticks, commands, told, kept, faults: plan.faults.clone(), parameters: *decider.parameters() })
+}
+
+/// Sends a gait, unless it was the last that was kept; why it is refused.
+fn keep_gait<D: Decide>(
+    decider: &mut D,
+    kept: &mut Vec<(usize, Gait)>,
+    tick: usize,
+    gait: Gait,
+) -> Result<Option<Refusal>, D::Error> {
+    if kept.last().is_some_and(|(_, last)| *last == gait) {
+        return Ok(None);
+    }
+    let refusal = decider.keep_gait(&gait)?.err();
+    if refusal.is_none() {
+        kept.push((tick, gait));
+    }
+    Ok(refusal)
 }
 
 /// A refusal in the units in which the command was typed.
@@ -279,6 +307,12 @@ pub fn said(command: DriveCommand, refusal: Refusal, limits: &Limits) -> String 
             let (low, high) = (hertz(limits.least_speed), hertz(limits.speed));
             format!("the frequency must be from {low:.2} to {high:.2} Hz in either direction")
         }
+        (DriveCommand::Gait(gait), Refusal::OutOfRange { name: Field::GaitSpeed, value, low, high }) => {
+            let hertz = |omega: f32| frequency_from_omega(f64::from(omega)).abs();
+            let (value, low, high) = (hertz(value), hertz(low), hertz(high));
+            let name = gait.name();
+            format!("the frequencies of the gait {name} must be from {low:.2} to {high:.2} Hz, not {value:.2} Hz")
+        }
         (
             DriveCommand::Oscillate { .. } | DriveCommand::Position { .. },
             Refusal::OutOfRange { name, value, low, high },
@@ -290,7 +324,7 @@ pub fn said(command: DriveCommand, refusal: Refusal, limits: &Limits) -> String 
     }
 }
 
-/// Repeats the present command, and says which. A refusal is not news: it was said when the command was given, or a fault has
+/// Repeats the present command, and says which. A gait that has come to its end is not begun again. A refusal is not news: it was said when the command was given, or a fault has
 /// come since.
 fn refresh_command<D: Decide>(
     decider: &mut D,
@@ -298,7 +332,9 @@ fn refresh_command<D: Decide>(
     time_us: u64,
 ) -> Result<Option<DriveCommand>, D::Error> {
     let Some(command) = command else { return Ok(None) };
-    if command.to_control() == Command::ClearFault || decider.telemetry().state == State::Fault {
+    let state = decider.telemetry().state;
+    let ended = command.gait().is_some() && state == State::Coast;
+    if command.to_control() == Command::ClearFault || state == State::Fault || ended {
         return Ok(None);
     }
     let _ = decider.command(command.to_control(), time_us)?;

@@ -121,7 +121,11 @@ pub fn metrics_of(trace: &Trace, command: DriveCommand, from: usize, to: usize) 
             let end = last(ticks, 0.5 * STEADY_S, trace.tick_s);
             m.position_rms_deg = rms(end.iter().map(|t| degrees(wrap(t.truth.angle - deg.to_radians()))));
         }
-        DriveCommand::Duty { .. } | DriveCommand::Coast | DriveCommand::Idle | DriveCommand::Clear => {}
+        DriveCommand::Duty { .. }
+        | DriveCommand::Gait(_)
+        | DriveCommand::Coast
+        | DriveCommand::Idle
+        | DriveCommand::Clear => {}
     }
     m
 }

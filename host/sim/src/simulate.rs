@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use control::{Actuation, Command, Controller, Parameters, Refusal, Sample, State, Telemetry};
+use control::{Actuation, Command, Controller, Gait, Parameters, Refusal, Sample, State, Telemetry};
 use hal_sim::{Settings, SimulatedRobot};
 use recording::Metadata;
 use robot_file::Robot;
@@ -81,6 +81,10 @@ impl Decide for Stoppable<'_> {
 
     fn command(&mut self, command: Command, time_us: u64) -> Result<Result<(), Refusal>, SimError> {
         Ok(self.controller.command(command, time_us))
+    }
+
+    fn keep_gait(&mut self, gait: &Gait) -> Result<Result<(), Refusal>, SimError> {
+        Ok(self.controller.keep_gait(gait))
     }
 
     fn tick(&mut self, sample: &Sample) -> Result<Actuation, SimError> {

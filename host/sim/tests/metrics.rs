@@ -49,6 +49,7 @@ fn trace(command: DriveCommand, seconds: f64, at: impl Fn(f64) -> Tick) -> Trace
         ticks: (0..count).map(|i| at(i as f64 * TICK_S)).collect(),
         commands: vec![GivenCommand { at_s: 0.0, tick: 0, command, refusal: None }],
         told: Vec::new(),
+        kept: Vec::new(),
         faults: Vec::new(),
         parameters: parameters(),
     }

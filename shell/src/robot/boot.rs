@@ -32,8 +32,8 @@ pub struct Booted {
     pub pairing: Result<Pairing, Unpaired>,
 }
 
-/// Makes the controller from the parameters in flash, or from the factory's, and looks for the pairing. The bridge must be
-/// off.
+/// Makes the controller from the parameters in flash, or from the factory's, with the gait in flash if it can play it, and looks
+/// for the pairing. The bridge must be off.
 ///
 /// Whatever the reset's reason, the controller begins in [`Fault::Restarted`](control::Fault::Restarted) and needs a
 /// `ClearFault`: the console may not have noticed, and the person who drove before did not ask for it to go on. There is no
@@ -42,9 +42,15 @@ pub struct Booted {
 pub async fn boot<F: NorFlash>(flash: &mut F, partitions: &Partitions, settings: &Settings, reset: Reset) -> Booted {
     let (parameters, source) =
         store::parameters::load(flash, partitions.parameters.clone(), &settings.parameters).await;
+    let mut controller = Controller::restarted(&parameters, &settings.parameters);
+    let gait = store::gait::load(flash, partitions.gait.clone()).await;
+    if let (Ok(controller), Some(gait)) = (&mut controller, gait) {
+        // Refused with the parameters that count now, it is as good as none.
+        let _ = controller.keep_gait(&gait);
+    }
     Booted {
         about: About { name: settings.name.clone(), reset, parameters: source },
-        controller: Controller::restarted(&parameters, &settings.parameters),
+        controller,
         pairing: store::pairing::load(flash, partitions.pairing.clone()).await,
     }
 }

@@ -2,7 +2,7 @@
 
 use control::parameters::table;
 use control::protocol::radio::{Answer, Downlink, Request, RequestFrame, Value};
-use control::{Command, Controller, Parameters, Refusal, Unready};
+use control::{Command, Controller, Gait, Parameters, Refusal, Unready};
 use embassy_time::Instant;
 
 use super::Shared;
@@ -19,8 +19,20 @@ pub(super) struct CommandHandler {
     last: Option<(u16, u32, Option<Answer>)>,
     /// Number of the control period.
     period: u32,
-    /// The flash shall go back to the factory's set; so does the controller, once that is done.
-    to_factory: bool,
+    next: Next,
+}
+
+/// What the controller goes on with once the flash has it.
+#[derive(Default)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to put the gait on, and one of these exists")]
+enum Next {
+    /// What it has.
+    #[default]
+    Same,
+    /// The factory's set.
+    Factory,
+    /// This gait.
+    Gait(Gait),
 }
 
 impl CommandHandler {
@@ -80,7 +92,11 @@ impl CommandHandler {
             }
             _ if shared.is_working() => Some(Answer::Refused(Refusal::Saving)),
             _ => {
-                self.to_factory = frame.request == Request::Factory;
+                self.next = match frame.request {
+                    Request::Factory => Next::Factory,
+                    Request::KeepGait(gait) => Next::Gait(gait),
+                    _ => Next::Same,
+                };
                 let answer = execute(frame.request, received_us, controller, factory, shared);
                 if answer == Some(Answer::Refused(Refusal::NotReady(Unready::Checking))) {
                     // In a moment the robot knows, and the request comes again: it is repeated until it is answered.
@@ -97,9 +113,15 @@ impl CommandHandler {
 
     fn finish_saving(&mut self, controller: &mut Controller, factory: &Parameters, shared: &Shared) {
         let Some(kept) = shared.saved.try_take() else { return };
-        if kept && core::mem::take(&mut self.to_factory) {
+        match core::mem::take(&mut self.next) {
             // The factory's set was checked before the controller was made.
-            let _ = controller.retune(factory, factory);
+            Next::Factory if kept => drop(controller.retune(factory, factory)),
+            // This gait before it was handed over; since then nobody began to drive.
+            Next::Gait(gait) if kept => {
+                let _ = controller.keep_gait(&gait);
+                shared.show_gait(controller.gait());
+            }
+            _ => {}
         }
         if let Some((number, tick, answer @ None)) = &mut self.last {
             *tick = self.period;
@@ -138,6 +160,10 @@ fn execute(
         Request::Set { index, value: to } => set(controller, factory, index, to).map(Some),
         Request::Save => return save(controller, || shared.save(controller.parameters())),
         Request::Factory => return save(controller, || shared.hand_over(Work::Factory)),
+        Request::KeepGait(gait) => {
+            let keep = || controller.check_gait(&gait).and_then(|()| shared.hand_over(Work::KeepGait(gait)));
+            return save(controller, keep);
+        }
     };
     Some(done.map_or_else(Answer::Refused, Answer::Done))
 }

@@ -37,6 +37,7 @@ pub async fn control_loop(
 ) -> ! {
     let Parts { mut converter, mut bridge, mut watchdog } = parts;
     let controller = controller.borrow_mut();
+    shared.show_gait(controller.gait());
     bridge.apply(Actuation::OFF);
     let mut schedule = Schedule::new(controller.parameters(), Instant::now().as_micros());
     let mut reporter = Reporter::default();

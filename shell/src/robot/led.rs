@@ -72,7 +72,7 @@ mod tests {
         assert_eq!(drawn(Shown::NotStarted, 8), "#.#.#.#.");
         assert_eq!(drawn(Shown::State(State::Idle, None), 42), "#...................#...................#.");
         assert_eq!(drawn(Shown::State(State::Coast, None), 21), "#...................#");
-        for state in [State::Speed, State::Oscillate, State::Position] {
+        for state in [State::Speed, State::Oscillate, State::Position, State::Gait] {
             assert_eq!(drawn(Shown::State(state, None), 8), "########");
         }
     }

@@ -5,7 +5,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 
 use super::Shared;
 use super::shared::Work;
-use crate::store::{Partitions, pairing, parameters};
+use crate::store::{Partitions, gait, pairing, parameters};
 
 /// Does what the control loop and [`pair`](super::pair) hand over, one thing at a time, and says whether the flash kept it.
 ///
@@ -26,6 +26,7 @@ pub async fn persistence_task<F: NorFlash>(
                 (parameters::save(flash, partitions.parameters.clone(), factory, &set).await, &shared.saved)
             }
             Work::Factory => (parameters::reset(flash, partitions.parameters.clone()).await, &shared.saved),
+            Work::KeepGait(kept) => (gait::save(flash, partitions.gait.clone(), &kept).await, &shared.saved),
             Work::Pair(Some(pairing)) => {
                 (pairing::save(flash, partitions.pairing.clone(), &pairing).await, &shared.paired)
             }

@@ -123,6 +123,7 @@ impl Session {
             reset: about.reset,
             parameters: about.parameters,
             injectable: shared.is_injectable(),
+            gait: shared.gait(),
             counters: Counters { too_long, overrun, heap_least_free, ..shared.take_counters() },
         })
     }

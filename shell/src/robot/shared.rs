@@ -2,10 +2,11 @@
 
 use core::cell::RefCell;
 
+use control::gait::GaitLabel;
 use control::protocol::pairing::Pairing;
 use control::protocol::radio::{Answer, Batch, Counters, Downlink, Echo, InjectedFault, Injection};
 use control::protocol::secure::{Key, WELCOME};
-use control::{Parameters, Refusal};
+use control::{Gait, Parameters, Refusal};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -40,6 +41,8 @@ pub(super) enum Work {
     Save,
     /// Keep none: the factory's count.
     Factory,
+    /// Keep this gait.
+    KeepGait(Gait),
     /// Keep this pairing, or none.
     Pair(Option<Pairing>),
 }
@@ -84,6 +87,8 @@ struct State {
     working: bool,
     /// What [`Work::Save`] is about.
     set: Option<Parameters>,
+    /// What the controller can play.
+    gait: Option<GaitLabel>,
     injection: Injecting,
 }
 
@@ -174,6 +179,7 @@ impl Shared {
                 lost_stop: false,
                 working: false,
                 set: None,
+                gait: None,
                 injection,
             })),
         }
@@ -258,6 +264,15 @@ impl Shared {
     /// The parameters that are to be kept.
     pub(super) fn set(&self) -> Option<Parameters> {
         self.with(|state| state.set)
+    }
+
+    /// The gait that the controller has.
+    pub(super) fn gait(&self) -> Option<GaitLabel> {
+        self.with(|state| state.gait)
+    }
+
+    pub(super) fn show_gait(&self, gait: Option<GaitLabel>) {
+        self.with(|state| state.gait = gait);
     }
 
     /// Whether faults are made on request.

@@ -3,10 +3,11 @@
 use std::fmt::Debug;
 use std::path::Path;
 
-use control::Parameters;
+use control::gait::{MOST_SPEEDS, MOST_STEPS, Name};
 use control::protocol::pairing::Pairing;
 use control::protocol::radio::Source;
 use control::protocol::secure::Key;
+use control::{Gait, Parameters};
 use embassy_futures::block_on;
 use nor_flash::Flash;
 use rand::{Rng, RngExt};
@@ -14,6 +15,7 @@ use shell::store::pairing::Unpaired;
 use shell::store::{self, StoreError};
 
 mod damage;
+mod gait;
 mod nor_flash;
 mod pairing;
 mod power;
@@ -23,6 +25,8 @@ mod wear;
 const PAGES: usize = 6;
 /// And the pairing's.
 const PAIRING_PAGES: usize = 4;
+/// And the gait's.
+const GAIT_PAGES: usize = 4;
 type Chip = Flash<4096>;
 
 fn factory() -> Parameters {
@@ -91,6 +95,8 @@ fn another_pairing(random: &mut impl Rng) -> Pairing {
 /// What a partition keeps, for tests of either.
 trait Subject: Sync {
     type Kept: Clone + PartialEq + Debug + Send;
+    /// Nothing can be saved in its place.
+    const FORGETS: bool = true;
 
     fn another(&self, random: &mut impl Rng) -> Self::Kept;
     /// Saves something, or nothing any more.
@@ -143,5 +149,35 @@ impl Subject for OfPairing {
             Err(Unpaired::Nobody | Unpaired::Damaged) => None,
             Err(Unpaired::OtherVersion) => panic!("there is only one version"),
         }
+    }
+}
+
+/// A gait of any length that is like no other.
+fn another_gait(random: &mut impl Rng) -> Gait {
+    let speeds: Vec<f32> = (0..MOST_SPEEDS).map(|_| random.random_range(10.0..70.0)).collect();
+    let steps: Vec<u8> = (0..random.random_range(1..=MOST_STEPS)).map(|_| random.random_range(0..16)).collect();
+    Gait::new(Name::new("any").expect("a name"), &speeds, &steps, 40, random.random()).expect("sound")
+}
+
+/// The gait.
+struct OfGait;
+
+impl Subject for OfGait {
+    type Kept = Gait;
+    const FORGETS: bool = false;
+
+    fn another(&self, random: &mut impl Rng) -> Gait {
+        another_gait(random)
+    }
+
+    fn save<const PAGE: usize>(&self, flash: &mut Flash<PAGE>, gait: Option<&Gait>) -> Result<(), StoreError> {
+        let range = flash.range();
+        let gait = gait.expect("a gait is never forgotten");
+        block_on(store::gait::save(flash, range, gait))
+    }
+
+    fn stored<const PAGE: usize>(&self, flash: &mut Flash<PAGE>) -> Option<Gait> {
+        let range = flash.range();
+        block_on(store::gait::load(flash, range))
     }
 }

@@ -8,7 +8,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::nor_flash::{Flash, Operation};
-use crate::{OfPairing, OfParameters, PAGES, PAIRING_PAGES, Subject, factory};
+use crate::{GAIT_PAGES, OfGait, OfPairing, OfParameters, PAGES, PAIRING_PAGES, Subject, factory};
 
 #[derive(Debug, Default)]
 struct Counts {
@@ -74,7 +74,8 @@ impl<S: Subject, const PAGE: usize> Sequence<'_, S, PAGE> {
 
     /// A save that is cut, or not.
     fn event(&mut self) {
-        let next = self.random.random_bool(0.9).then(|| self.subject.another(&mut self.random));
+        let next =
+            self.random.random_bool(if S::FORGETS { 0.9 } else { 1.0 }).then(|| self.subject.another(&mut self.random));
         let before = self.flash.clone();
         self.flash.take_log();
         assert_eq!(self.subject.save(&mut self.flash, next.as_ref()), Ok(()));
@@ -200,5 +201,14 @@ fn a_power_cut_at_every_byte_of_a_write_leaves_the_old_pairing_or_the_new_one() 
     let mut counts = campaign::<4096>(&OfPairing, PAIRING_PAGES, 0..100);
     counts += campaign::<256>(&OfPairing, PAIRING_PAGES, 100..1000);
     tell("pairing", &counts);
+    assert!(counts.in_write > 100_000 && counts.in_erase > 10_000 && counts.in_recovery > 20);
+}
+
+/// Pages of 512 bytes hold one gait.
+#[test]
+fn a_power_cut_at_every_byte_of_a_write_leaves_the_old_gait_or_the_new_one() {
+    let mut counts = campaign::<4096>(&OfGait, GAIT_PAGES, 0..100);
+    counts += campaign::<512>(&OfGait, GAIT_PAGES, 100..1000);
+    tell("gait", &counts);
     assert!(counts.in_write > 100_000 && counts.in_erase > 10_000 && counts.in_recovery > 20);
 }

@@ -4,6 +4,7 @@
 //! The texts of errors (`Display`) are left out: they are for the host, and firmware reports numbers.
 #![no_std]
 
+use control::gait::Name;
 use control::parameters::{SetError, table};
 use control::protocol::frame::{Deframer, FrameError, LONGEST, encode};
 use control::protocol::lockstep::{AnswerFrame, Cost, Meter, QuestionFrame, Server, Target};
@@ -11,7 +12,7 @@ use control::protocol::secure::{
     Accepted, Caller, HELLO, Key, Nonce, Opened, Opener, Rejected, Sealer, SessionReceiver, notice,
 };
 use control::protocol::{dongle, pairing, radio};
-use control::{Actuation, Command, Controller, ParameterError, Parameters, Refusal, Sample, Telemetry};
+use control::{Actuation, Command, Controller, Gait, ParameterError, Parameters, Refusal, Sample, Telemetry};
 
 // `c` is here for memcpy and memset, which the compiler calls; on the chips' target its own library has them.
 #[cfg_attr(not(target_os = "none"), link(name = "c"))]
@@ -57,6 +58,26 @@ pub extern "C" fn command(
     answer: &mut Result<(), Refusal>,
 ) {
     *answer = controller.command(*command, time_us);
+}
+
+/// Any gait, kept. What is played of it is a tick's business.
+#[unsafe(no_mangle)]
+pub extern "C" fn keep_gait(controller: &mut Controller, gait: &Gait, answer: &mut Result<(), Refusal>) {
+    *answer = controller.keep_gait(gait);
+}
+
+/// A gait from any texts and numbers.
+#[unsafe(no_mangle)]
+pub extern "C" fn make_gait(
+    name: &&str,
+    speeds: &&[f32],
+    steps: &&[u8],
+    interval_ms: u16,
+    made: &mut Option<Result<Gait, Refusal>>,
+) -> u32 {
+    *made = Name::new(name).map(|name| Gait::new(name, speeds, steps, interval_ms, true));
+    let sound = made.as_ref().and_then(|made| made.as_ref().ok());
+    sound.map_or(0, |gait| gait.steps().fold(gait.id(), |sum, step| sum.wrapping_add(step.into())))
 }
 
 /// `Controller::tick` on an arbitrary sample.

@@ -4,6 +4,7 @@
 use control::{Parameters, State, Stroke};
 use hal_sim::Fault;
 use robot_file::design::design;
+use robot_file::gait::GaitFile;
 use robot_file::robot::Robot;
 use scram::hil::{HilError, Qemu, Remote};
 use simulation::{Break, DriveCommand, Plan, Scheduled};
@@ -83,8 +84,9 @@ pub const SEARCH_BUDGET: u32 = 35_000;
 /// Most stack of a tick, bytes. Two sensors' readings and what they say of each other go through a tick.
 pub const STACK_BUDGET: u32 = 560;
 /// Most RAM of a controller, bytes: 256 of them are the map of a second sensor, which a robot with one has room for, too, and
-/// what is known of the two; 64 what the supervisor remembers of heat, progress, missed periods and the check at rest.
-pub const RAM_BUDGET: u32 = 1536;
+/// what is known of the two; 64 what the supervisor remembers of heat, progress, missed periods and the check at rest; 240 the gait
+/// and where it is played.
+pub const RAM_BUDGET: u32 = 1776;
 
 const SEED: u64 = 1;
 
@@ -96,10 +98,20 @@ fn tracking(ran: &Ran) -> bool {
     ran.telemetry.tracking && ran.missed == 0
 }
 
+/// A gait of these frequencies, Hz, each for so long, s.
+///
+/// # Panics
+/// When they are no gait.
+#[must_use]
+pub fn gait(interval_s: f64, steps_hz: &[f64], repeat: bool) -> DriveCommand {
+    let file = GaitFile::new("pil", interval_s, repeat, steps_hz).unwrap_or_else(|error| panic!("{error}"));
+    DriveCommand::Gait(*file.gait())
+}
+
 /// A fault for every one that the supervisor knows, in the middle of speed and of oscillation.
 fn faults(robots: &Robots) -> Vec<Course> {
     let breaks = Fault::ALL.iter().map(|fault| Break::Robot(*fault)).chain([Break::Link]);
-    let commands = [DriveCommand::Freq { hz: 8.0 }, swing(Stroke::BangBang)];
+    let commands = [DriveCommand::Freq { hz: 8.0 }, swing(Stroke::BangBang), gait(0.04, &[8.0, 8.0, -8.0], true)];
     breaks
         .flat_map(|what| commands.map(|command| (what, command)))
         .map(|(what, command)| {
@@ -116,6 +128,7 @@ fn missing(robots: &Robots) -> Vec<Course> {
         DriveCommand::Freq { hz: -8.0 },
         swing(Stroke::BangBang),
         DriveCommand::Position { deg: 90.0 },
+        gait(0.04, &[8.0, 8.0, 8.0, -8.0], true),
     ];
     commands
         .into_iter()
@@ -131,7 +144,7 @@ fn missing(robots: &Robots) -> Vec<Course> {
 
 /// The scenarios. Heat, progress and the second sensor's absence have added 1300 to 2200 instructions to a tick; a quarter of the
 /// period would be 40 000.
-pub const SCENARIOS: [Scenario; 10] = [
+pub const SCENARIOS: [Scenario; 11] = [
     Scenario {
         what: "idle",
         budget: 14_500,
@@ -148,6 +161,17 @@ pub const SCENARIOS: [Scenario; 10] = [
         what: "speed, sensor calibrated",
         budget: 27_500,
         courses: |r| vec![course(&r.calibrated, plan(DriveCommand::Freq { hz: 7.0 }, 2.0))],
+        counts: tracking,
+    },
+    Scenario {
+        what: "a gait, turned round every 40 ms",
+        budget: 28_500,
+        courses: |r| {
+            let alternating: Vec<f64> = (0..50).map(|step| if step % 2 == 0 { 8.0 } else { -8.0 }).collect();
+            [&alternating[..], &[7.0; 50]]
+                .map(|steps_hz| course(&r.calibrated, plan(gait(0.04, steps_hz, false), 2.0)))
+                .to_vec()
+        },
         counts: tracking,
     },
     Scenario {

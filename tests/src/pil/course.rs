@@ -1,6 +1,6 @@
 //! A run of the simulated robot with a decider, and what is done to the samples and commands between them.
 
-use control::{Actuation, AdcCode, Command, Controller, Parameters, Refusal, Sample, Telemetry};
+use control::{Actuation, AdcCode, Command, Controller, Gait, Parameters, Refusal, Sample, Telemetry};
 use hal_sim::{Settings, SimulatedRobot};
 use scram::hil::{HilError, Qemu, Remote};
 use simulation::{Decide, Plan, closed_loop_with};
@@ -138,6 +138,13 @@ impl Decide for Both<'_> {
         let theirs = self.chip.command(command, time_us)?;
         let ours = self.local.command(command, time_us);
         self.outcome.compared.answer(self.tick, &command, &ours, &theirs);
+        Ok(theirs)
+    }
+
+    fn keep_gait(&mut self, gait: &Gait) -> Result<Result<(), Refusal>, HilError> {
+        let theirs = self.chip.keep_gait(gait)?;
+        let ours = self.local.keep_gait(gait);
+        self.outcome.compared.answer(self.tick, &Command::Gait { id: gait.id() }, &ours, &theirs);
         Ok(theirs)
     }
 

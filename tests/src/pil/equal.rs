@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
+use control::gait::MOST_STEPS;
 use control::parameters::{AngleSource, BlindArcHandling, SpeedLaw};
 use control::{Command, Parameters, Stroke};
 use hal_sim::Fault;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use scram::hil::{HilError, Qemu, Remote};
-use simulation::{Break, Drive, Plan, Scheduled};
+use simulation::{Break, Drive, DriveCommand, Plan, Scheduled, Step};
 
 use super::bits::Compared;
-use super::cost::Robots;
+use super::cost::{Robots, gait};
 use super::course::{Course, Disturbance, run};
 
 /// Rest, every frequency both ways, both strokes, positions, open loop, running out: 24 s.
@@ -39,7 +40,7 @@ wait 1
 /// What is driven while something breaks or garbage comes.
 const DISTURBED: &str = "freq 8\n0.7 oscillate -100..100\nwait 0.8\n";
 
-/// The minute: a healthy run, one with each fault, and garbage.
+/// The minute: a healthy run, gaits, one with each fault, and garbage.
 #[must_use]
 pub fn minute(robots: &Robots) -> Vec<Course> {
     let drive = |text: &str| Drive::parse_script(text, Path::new("script")).unwrap_or_else(|error| panic!("{error}"));
@@ -64,13 +65,37 @@ pub fn minute(robots: &Robots) -> Vec<Course> {
             (860, Disturbance::Command(Command::Speed { omega: -40.0 }, 0)),
         ],
     });
+    // A gait of the most steps, whole and over its end, one that repeats, and the stored one again.
+    let steps_hz: Vec<f64> = (0..MOST_STEPS).map(|step| [8.0, -7.0, 6.5, -6.0][step * step % 7 % 4]).collect();
+    let (whole, repeats) = (gait(0.01, &steps_hz, false), gait(0.04, &[7.0, 7.0, -7.0], true));
+    let step = |at_s: f64, command: DriveCommand| Step { at_s, command };
+    let gaits = Course {
+        parameters: robots.calibrated,
+        plan: Plan {
+            drive: Drive {
+                steps: vec![
+                    step(0.1, whole),
+                    step(3.0, repeats),
+                    step(4.0, DriveCommand::Idle),
+                    step(4.5, DriveCommand::Freq { hz: 7.0 }),
+                    step(5.0, repeats),
+                    step(5.5, whole),
+                ],
+                end_s: None,
+            },
+            seconds: 6.0,
+            faults: Vec::new(),
+        },
+        seed: 50,
+        disturbances: Vec::new(),
+    };
     let garbage = (0..20).map(|index: u64| Course {
         parameters: unusual(robots, index),
         plan: Plan { drive: drive(DISTURBED), seconds: 1.0, faults: Vec::new() },
         seed: 100 + index,
         disturbances: garbage(&mut Pcg64::seed_from_u64(index), 1000),
     });
-    [healthy].into_iter().chain(broken).chain(garbage).collect()
+    [healthy, gaits].into_iter().chain(broken).chain(garbage).collect()
 }
 
 /// Every branch that parameters choose.
@@ -123,13 +148,14 @@ fn command(random: &mut Pcg64) -> Command {
         _ => random.random_range(-scale..scale),
     };
     let (one, other) = (number(60.0), number(7.0));
-    match random.random_range(0..8) {
+    match random.random_range(0..9) {
         0 => Command::Idle,
         1 => Command::Coast,
         2 => Command::ClearFault,
         3 => Command::Position { angle: other },
         4 => Command::Duty { duty: number_within(random) },
         5 => Command::Oscillate { from: other, to: one / 10.0, style: Stroke::Proportional },
+        7 => Command::Gait { id: random.next_u32() },
         6 => Command::Oscillate { from: -other.abs(), to: other.abs(), style: Stroke::BangBang },
         _ => Command::Speed { omega: one },
     }

@@ -7,7 +7,7 @@ use scram::hil::{HilError, Qemu, Remote};
 use simulation::{Drive, DriveCommand, Plan, Step};
 
 use super::bits::Compared;
-use super::cost::Robots;
+use super::cost::{Robots, gait};
 use super::course::{Course, Disturbance, run};
 
 /// What a search found.
@@ -91,6 +91,10 @@ fn command(random: &mut Pcg64) -> DriveCommand {
         2..=4 => {
             let from_deg = random.random_range(-300.0..200.0);
             DriveCommand::Oscillate { from_deg, to_deg: from_deg + random.random_range(60.0..300.0), style }
+        }
+        5 => {
+            let mut hz = || if random.random() { 1.0 } else { -1.0 } * random.random_range(1.0..8.5);
+            gait(0.04, &[hz(), hz(), hz()], true)
         }
         _ => DriveCommand::Freq { hz: if random.random() { 1.0 } else { -1.0 } * random.random_range(1.0..8.5) },
     }

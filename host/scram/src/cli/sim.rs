@@ -34,6 +34,8 @@ use super::{Common, Done, Failure, load_robot, print, print_json, table, write};
     scram sim --drive oscillate:-100..100 --seconds 5\n  \
     scram sim --drive freq:-6.5 --faults sensor-open@1.0 --json\n  \
     scram sim --drive duty:1 --seconds 2.5           open loop, for `scram identify`\n  \
+    scram sim --drive gait:turn-left --view walk.html
+  \
     scram sim --out weak --overwrite                 into a directory of your own, again\n  \
     scram sim --set motor.resistance_ohm=18          another motor, without another file\n  \
     scram sim --robot out/latest-diagnose/robot.toml --before robot.toml\n  \
@@ -55,10 +57,10 @@ pub struct Sim {
     mut_arg("seed", |arg| arg.help("Seed of the specimen, its sensor's errors, say, and of the noise: recordings of one robot have one seed"))
 )]
 pub struct Run {
-    /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), or script:FILE
+    /// freq:HZ, oscillate:FROM..TO, position:DEG, duty:SHARE (open loop), gait:NAME (of robots/gaits, or a file), or script:FILE
     #[arg(long, default_value = "freq:7", allow_hyphen_values = true)]
     drive: String,
-    /// Length of the run, s [default: 2, or what the script says]
+    /// Length of the run, s [default: 2, or what the script or gait says]
     #[arg(long, value_parser = seconds)]
     seconds: Option<f64>,
     /// What breaks and when: NAME@SECONDS, several with commas, e.g. sensor-open@1.0,stall@1.5
@@ -167,7 +169,7 @@ impl Run {
     pub fn task(&self) -> Result<Task, Failure> {
         let drive = Drive::parse(&self.drive).map_err(|e| match e {
             DriveError::Drive { .. } => Failure::Usage(e.into()),
-            DriveError::Script { .. } | DriveError::Io { .. } => Failure::Failed(e.into()),
+            DriveError::Script { .. } | DriveError::Io { .. } | DriveError::Gait(_) => Failure::Failed(e.into()),
         })?;
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
         let faults = Scheduled::parse_list_within(&self.faults, seconds).map_err(|e| Failure::Usage(e.into()))?;

@@ -12,6 +12,8 @@ use simulation::DriveCommand;
 pub enum ConsoleCommand {
     /// Command for the controller.
     Drive(DriveCommand),
+    /// Play a gait, by its name or the path of its file; sent first if the robot does not have it.
+    Gait(String),
     /// Stop the selected robot.
     Stop,
     /// Stop every robot.
@@ -52,6 +54,10 @@ pub const HELP: &[(&str, &str)] = &[
     ("oscillate FROM TO", "swing between two angles, deg; `proportional` behind it: the thesis's stroke"),
     ("position DEG", "go to an angle and stay"),
     ("duty SHARE", "open loop, -1 to 1; positive is counter-clockwise"),
+    (
+        "gait NAME",
+        "play a gait of robots/gaits, or of a file; sent first, with the bridge off, if the robot has another",
+    ),
     ("coast", "bridge off, the shaft turns out"),
     ("idle", "bridge off"),
     ("stop", "bridge off, before everything else; `stop all`: every robot"),
@@ -91,6 +97,7 @@ fn one(text: &str) -> Result<ConsoleCommand, String> {
     let bare = |command| if rest.is_empty() { Ok(command) } else { Err(format!("`{word}` takes nothing after it")) };
     let named = |what: &str| if rest.is_empty() { Err(format!("`{word}` needs {what}")) } else { Ok(rest.to_owned()) };
     match word {
+        "gait" => named("the name of a gait or its file").map(ConsoleCommand::Gait),
         "stop" if rest == "all" => Ok(ConsoleCommand::StopAll),
         "stop" => bare(ConsoleCommand::Stop),
         "get" => Ok(ConsoleCommand::Get(parameter(rest)?)),
@@ -226,6 +233,8 @@ mod tests {
         assert_eq!(parse("  "), Ok(Vec::new()));
         assert_eq!(parse("wait 200ms"), Ok(vec![ConsoleCommand::Wait(Duration::from_millis(200))]));
         assert_eq!(parse("oscillate -100 100"), parse("oscillate -100..100"));
+        assert_eq!(parse("gait turn-left"), Ok(vec![ConsoleCommand::Gait("turn-left".into())]));
+        assert_eq!(parse("gait a folder/b.toml"), Ok(vec![ConsoleCommand::Gait("a folder/b.toml".into())]));
     }
 
     #[test]
@@ -253,6 +262,7 @@ mod tests {
             ("set frequency_hz nan", "must be from"),
             ("set frequency_hz 1e9", "must be from"),
             ("robot", "needs a number"),
+            ("gait", "needs the name of a gait"),
             ("script gait.txt; stop", "stands alone"),
         ] {
             let error = parse(line).expect_err(line);

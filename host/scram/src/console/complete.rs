@@ -1,6 +1,7 @@
 //! Tab: what could be meant.
 
 use control::parameters::table;
+use robot_file::gait::GaitFile;
 
 use super::command::{HELP, first_word};
 
@@ -50,6 +51,7 @@ pub(super) fn complete<'a>(line: &str, cursor: usize, robots: impl Iterator<Item
             .filter(|name| name.starts_with(part))
             .map(|name| Candidate { text: name.to_owned(), help: String::new() })
             .collect(),
+        "gait" if first_argument => gaits(part),
         "script" => files(part),
         _ => Vec::new(),
     };
@@ -74,6 +76,13 @@ fn parameters(part: &str, with_space: bool) -> Vec<Candidate> {
     } else {
         begin
     }
+}
+
+/// Gaits of `robots/gaits` by their names, and files.
+fn gaits(part: &str) -> Vec<Candidate> {
+    let named = GaitFile::known().into_iter().filter(|name| name.starts_with(part));
+    let named = named.map(|name| Candidate { text: name, help: "a gait of robots/gaits".to_owned() });
+    named.chain(files(part)).collect()
 }
 
 fn files(part: &str) -> Vec<Candidate> {
@@ -113,6 +122,15 @@ mod tests {
         assert_eq!(texts("set limits.freq"), (4, vec!["controller.limits.frequency_hz ".into()]));
         assert_eq!(texts("set controller.limits.frequency_hz 9").1, Vec::<String>::new());
         assert_eq!(texts("").1.len(), HELP.len());
+    }
+
+    #[test]
+    fn a_gait_is_one_of_the_project_or_a_file() {
+        // The tests run beside the crate's own files.
+        let (start, files) = texts("gait Car");
+        assert_eq!((start, files), (5, vec!["Cargo.toml".into()]));
+        assert_eq!(texts("gait Cargo.toml x").1, Vec::<String>::new());
+        assert_eq!(texts("gai"), (0, vec!["gait ".into()]));
     }
 
     #[test]

@@ -125,7 +125,7 @@ impl<L: Line> Engine<L> {
         match commands.as_slice() {
             [] => Ok(()),
             [ConsoleCommand::Script(path)] => self.run_script(path),
-            [only] if !matches!(only, ConsoleCommand::Drive(_) | ConsoleCommand::Wait(_)) => {
+            [only] if !matches!(only, ConsoleCommand::Drive(_) | ConsoleCommand::Gait(_) | ConsoleCommand::Wait(_)) => {
                 self.execute(only, line.trim(), robot)
             }
             _ => {

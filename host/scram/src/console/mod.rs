@@ -37,6 +37,7 @@ pub fn check(line: &str) -> Result<(), String> {
 pub fn check_remote(line: &str) -> Result<(), String> {
     let refused = command::parse(line)?.into_iter().find_map(|command| match command {
         command::ConsoleCommand::Script(_) => Some("`script` reads a file: start it where the console runs"),
+        command::ConsoleCommand::Gait(_) => Some("`gait` reads a file: start it where the console runs"),
         command::ConsoleCommand::Quit => Some("`quit` ends the console: do that where it runs"),
         _ => None,
     });

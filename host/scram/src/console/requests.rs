@@ -12,6 +12,7 @@ use super::model::{Level, Model};
 use super::session_log;
 use link::{Line, Outcome, RobotId};
 use recording::SessionEvent;
+use robot_file::gait::GaitFile;
 
 /// Values that `undo` can bring back.
 const UNDOS: usize = 100;
@@ -90,6 +91,7 @@ impl Requests {
             ConsoleCommand::Drive(drive) => {
                 self.request(context, robot, Request::Command(drive.to_control()), drive.to_string(), Why::Asked);
             }
+            ConsoleCommand::Gait(name) => self.play(context, name, robot)?,
             ConsoleCommand::Get(index) => self.request(context, robot, Request::Get(*index), text, Why::Asked),
             ConsoleCommand::Set(index, value) => {
                 self.request(context, robot, Request::Get(*index), String::new(), Why::Before(*index));
@@ -102,6 +104,25 @@ impl Requests {
             // Everything else is the console's own.
             _ => {}
         }
+        Ok(())
+    }
+
+    /// Plays a gait; sends it first, unless the robot says that it has it.
+    fn play<L: Line>(&mut self, context: &mut Context<'_, L>, name: &str, robot: usize) -> Result<(), String> {
+        let file = GaitFile::load(&GaitFile::path_of(name)).map_err(|error| error.to_string())?;
+        let gait = *file.gait();
+        let label = gait.label();
+        if robot >= context.model.robots.len() {
+            return Ok(());
+        }
+        let stored = context.session.robot(RobotId(robot)).status().and_then(|status| status.gait);
+        if stored != Some(label) {
+            let text = format!("keep gait {}", label.name);
+            self.request(context, robot, Request::KeepGait(gait), text, Why::Asked);
+        }
+        // Where it was not kept, this is refused: another gait is never played.
+        let play = Request::Command(Command::Gait { id: label.id });
+        self.request(context, robot, play, format!("gait {}", label.name), Why::Asked);
         Ok(())
     }
 
@@ -127,8 +148,10 @@ impl Requests {
             return;
         }
         let command = if let Request::Command(command) = request { Some(command) } else { None };
+        let gait = if let Request::KeepGait(gait) = request { Some(Box::new(gait)) } else { None };
         if !matches!(why, Why::Before(_)) {
-            context.record_event(Some(robot), &SessionEvent::Command { text: text.clone(), command, repeat: false });
+            let event = SessionEvent::Command { text: text.clone(), command, repeat: false, gait };
+            context.record_event(Some(robot), &event);
         }
         let robot = RobotId(robot);
         let number = context.session.request(robot, request);

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use control::protocol::VERSION;
 use control::protocol::frame::{self, Deframer, FrameError};
 use control::protocol::lockstep::{Answer, AnswerFrame, Hello, Question, QuestionFrame, Ticked};
-use control::{Command, Parameters, Refusal, Sample};
+use control::{Command, Gait, Parameters, Refusal, Sample};
 
 use super::{HilError, Transport};
 
@@ -112,7 +112,19 @@ impl<T: Transport> Client<T> {
     /// # Errors
     /// The link fails.
     pub fn command(&mut self, command: Command, time_us: u64) -> Result<Result<(), Refusal>, HilError> {
-        match self.ask(Question::Command(command, time_us))? {
+        self.commanded(Question::Command(command, time_us))
+    }
+
+    /// Lets the controller keep a gait; its answer.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub fn keep_gait(&mut self, gait: &Gait) -> Result<Result<(), Refusal>, HilError> {
+        self.commanded(Question::KeepGait(*gait))
+    }
+
+    fn commanded(&mut self, question: Question) -> Result<Result<(), Refusal>, HilError> {
+        match self.ask(question)? {
             Answer::Commanded(outcome) => Ok(outcome),
             _ => Err(HilError::Confused),
         }

@@ -1,7 +1,7 @@
 //! A decider on a chip.
 
 use control::protocol::lockstep::Hello;
-use control::{Actuation, Command, Parameters, Refusal, Sample, Telemetry};
+use control::{Actuation, Command, Gait, Parameters, Refusal, Sample, Telemetry};
 
 use super::{Client, Counts, HilError, Transport};
 use simulation::Decide;
@@ -87,6 +87,10 @@ impl<T: Transport> Decide for Remote<T> {
 
     fn command(&mut self, command: Command, time_us: u64) -> Result<Result<(), Refusal>, HilError> {
         self.client.command(command, time_us)
+    }
+
+    fn keep_gait(&mut self, gait: &Gait) -> Result<Result<(), Refusal>, HilError> {
+        self.client.keep_gait(gait)
     }
 
     fn tick(&mut self, sample: &Sample) -> Result<Actuation, HilError> {

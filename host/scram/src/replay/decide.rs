@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 use control::parameters::table;
-use control::{Actuation, AdcCode, Command, Controller, ParameterError, Parameters, Sample, State, Telemetry};
+use control::{Actuation, AdcCode, Command, Controller, Gait, ParameterError, Parameters, Sample, State, Telemetry};
 
 use recording::{FullRow, Outcome, ParameterValue, RecordedEvent, SessionEvent};
 use simulation::Drive;
@@ -21,12 +21,15 @@ const TELLING_DUTY: f64 = 0.01;
 
 /// What reaches the controller from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "few wait at a time, and boxed they could not be copied")]
 enum Told {
     Command(Command),
     /// Another value of a parameter, by its index in the table.
     Set(u16, f32),
     /// The parameters that the firmware was built with.
     Factory,
+    /// This gait to keep.
+    Gait(Gait),
 }
 
 /// What the robot answered to a command.
@@ -83,7 +86,10 @@ fn told(event: &SessionEvent, answered: Option<&Answered>) -> Option<Told> {
     if let Some(command) = command(event) {
         return Some(Told::Command(command));
     }
-    let SessionEvent::Command { text, .. } = event else { return None };
+    let SessionEvent::Command { text, gait, .. } = event else { return None };
+    if let Some(gait) = gait {
+        return Some(Told::Gait(**gait));
+    }
     // Parameters change only where the robot says that they have.
     answered.filter(|answered| answered.outcome == Outcome::Done)?;
     if text.trim() == "factory" {
@@ -119,6 +125,7 @@ fn state_of(command: Command) -> State {
         Command::Oscillate { .. } => State::Oscillate,
         Command::Position { .. } => State::Position,
         Command::Duty { .. } => State::Duty,
+        Command::Gait { .. } => State::Gait,
     }
 }
 
@@ -145,6 +152,8 @@ pub(super) struct Decider {
     rounded_times: bool,
     /// A command's effect was placed by what the robot was seen to do.
     guessed: bool,
+    /// A gait was played that the file only names.
+    no_gait: bool,
 }
 
 impl Decider {
@@ -161,6 +170,7 @@ impl Decider {
             no_battery: false,
             rounded_times: false,
             guessed: false,
+            no_gait: false,
         })
     }
 
@@ -177,6 +187,10 @@ impl Decider {
             SessionEvent::LinkLost => self.linked = false,
             SessionEvent::LinkRegained => self.linked = true,
             other => {
+                self.no_gait |= matches!(
+                    other,
+                    SessionEvent::Command { text, command: None, gait: None, .. } if text.starts_with("gait ")
+                );
                 let is_order = matches!(other, SessionEvent::Command { repeat: false, .. });
                 let answered = if is_order { self.answers.pop_front() } else { None };
                 let when = match &answered {
@@ -271,6 +285,7 @@ impl Decider {
                     let _ = self.controller.retune(&changed, &self.parameters);
                 }
             }
+            Told::Gait(gait) => drop(self.controller.keep_gait(&gait)),
             Told::Factory => drop(self.controller.retune(&self.parameters, &self.parameters)),
         }
     }
@@ -311,6 +326,9 @@ impl Decider {
         let mut notes = Vec::new();
         if self.no_battery {
             notes.push("the battery is not recorded: it is taken for full, so SupplyLow cannot come".to_owned());
+        }
+        if self.no_gait {
+            notes.push("the gait is not in this file, which has its name only: replay run.mcap".to_owned());
         }
         if self.guessed {
             notes.push(

@@ -157,6 +157,7 @@ fn span(held: &Held) -> Span {
         State::Oscillate => RGBColor(180, 226, 205),
         State::Position => RGBColor(240, 224, 160),
         State::Duty => RGBColor(226, 200, 224),
+        State::Gait => RGBColor(190, 200, 250),
         State::Fault => RGBColor(244, 170, 150),
     };
     let label = held.fault.map_or_else(|| format!("{:?}", held.state), |fault| format!("Fault: {fault:?}"));

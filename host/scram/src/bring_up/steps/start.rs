@@ -46,13 +46,13 @@ pub const STEPS: &[Step] = &[
         number: 5,
         title: "Partitions",
         needs: "the robot's monitor, espflash and another partition table",
-        about: "The robot is flashed with a table that has neither of its partitions.",
+        about: "The robot is flashed with a table that has none of its partitions.",
         run: |rig| {
             ask(
                 rig,
                 &[
                     is("none-missing", "ours: the monitor does not print `no partition`", Signal::Other),
-                    is("both-named", "another table: `no partition` for `params` and `pairing`", Signal::Other),
+                    is("both-named", "another table: `no partition` for `params`, `pairing` and `gait`", Signal::Other),
                     is("not-kept", "`scram pair` is answered by \"not kept\"", Signal::Other),
                 ],
             )
