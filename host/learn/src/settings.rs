@@ -90,7 +90,7 @@ impl Default for Turning {
             alpha_deg: definition.alpha_deg,
             randomize: definition.randomization.share,
             environments: 16,
-            updates: 60,
+            updates: 150,
         }
     }
 }

@@ -49,6 +49,12 @@ fn a_training_that_was_killed_goes_on_to_the_same_policy() {
     let curve = String::from_utf8(read(&directory.path().join("whole/curve.csv"))).unwrap();
     assert_eq!(curve.lines().count(), 1 + 3, "{curve}");
     roxmltree::Document::parse(&String::from_utf8(read(&directory.path().join("whole/turn.svg"))).unwrap()).unwrap();
+    let gait = robot_file::gait::GaitFile::load(&directory.path().join("whole/gait.toml")).unwrap();
+    assert_eq!(
+        (gait.gait().name().to_string().as_str(), gait.steps_hz().len()),
+        ("turn-right", 10),
+        "0.4 s by steps of 40 ms"
+    );
 }
 
 #[test]

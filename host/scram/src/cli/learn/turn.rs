@@ -7,6 +7,7 @@ use ::learn::{Direction, Gait, Played, Policy, Progress, Saved, Settings, Traini
 use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, Report, WrapErr};
 use plot::{TurningRun, turning_svg, under_title};
+use robot_file::gait::GaitFile;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +21,7 @@ const POLICY: &str = "policy.json";
 const CURVE: &str = "curve.csv";
 const SETTINGS: &str = "learn.toml";
 const PICTURE: &str = "turn.svg";
+const GAIT: &str = "gait.toml";
 
 /// Episodes on the file's robot by which a gait is judged; they differ by the angle of the shaft at their start.
 const STARTS: usize = 16;
@@ -27,7 +29,7 @@ const STARTS: usize = 16;
 /// Learn to turn in place by proximal policy optimisation (thesis section 5.3)
 ///
 /// The robot acts every Δt by one of ten frequencies; the reward is the thesis's (5.5). All numbers are in a learning file; without one they
-/// are the thesis's, and where it is silent chosen ones. Writes the policy, the learning curve, the learning file and a picture into a directory of
+/// are the thesis's, and where it is silent chosen ones. Writes the policy, what it does step by step as a gait that a robot plays, the learning curve, the learning file and a picture into a directory of
 /// its own, out/learn-0001 and so on, and says how fast the robot turns and how far it drifts, beside the best constant frequency and
 /// the best alternation of two and the best oscillation by ±100°. Stopped, it goes on with --resume.
 #[derive(Args)]
@@ -152,10 +154,13 @@ impl TurnCommand {
             write(&out.join(TRAINING), &serde_json::to_string(&training.saved()).into_diagnostic()?)?;
         }
         bar.finish_and_clear();
-        let files = self.save(&training, out)?;
+        self.save(&training, out)?;
         let rows = self.judge(&training)?;
+        self.write_gait(&training, &rows, &out.join(GAIT))?;
         let title = format!("turning {}, {}", training.direction().word(), self.common.robot.display());
         write(&out.join(PICTURE), &under_title(&title, &picture(&rows)?))?;
+        let files = [POLICY, GAIT, CURVE, SETTINGS, PICTURE].map(|name| out.join(name));
+        let files: Vec<PathBuf> = files.into_iter().filter(|file| file.exists()).collect();
         if self.common.json {
             let steps = training.curve().last().map_or(0, |last| last.steps);
             let (direction, updates) = (training.direction(), training.curve().len());
@@ -169,7 +174,7 @@ impl TurnCommand {
         Ok(())
     }
 
-    fn save(&self, training: &Training, out: &Path) -> Result<Vec<PathBuf>, Report> {
+    fn save(&self, training: &Training, out: &Path) -> Result<(), Report> {
         let file = PolicyFile {
             robot: training.robot().to_owned(),
             direction: training.direction(),
@@ -179,8 +184,32 @@ impl TurnCommand {
             policy: training.policy(),
         };
         write(&out.join(POLICY), &serde_json::to_string(&file).into_diagnostic()?)?;
-        write(&out.join(CURVE), &curve(training.curve()))?;
-        Ok([POLICY, CURVE, SETTINGS, PICTURE].map(|name| out.join(name)).into())
+        Ok(write(&out.join(CURVE), &curve(training.curve()))?)
+    }
+
+    /// What the policy does on the file's robot, step by step, for robots that do not see their pose.
+    fn write_gait(&self, training: &Training, rows: &[Row], path: &Path) -> Result<(), Report> {
+        let Some((learned, played)) =
+            rows.iter().find_map(|row| Some((&row.contender.definition, row.first.as_ref()?)))
+        else {
+            return Ok(());
+        };
+        let steps: Vec<f64> = played.actions.iter().map(|action| learned.frequencies_hz[*action]).collect();
+        let (direction, seed) = (training.direction().word(), training.seed());
+        let mut gait = match GaitFile::new(&format!("turn-{direction}"), learned.interval_s, true, &steps) {
+            Ok(gait) => gait,
+            // A learning file may ask for what no robot plays: longer episodes, more frequencies.
+            Err(error) => {
+                say(&format!("no {GAIT}, since robots play no such gait: {error}"));
+                return Ok(());
+            }
+        };
+        let command = format!("scram learn turn --direction {direction} --seed {seed}");
+        gait.made_by =
+            [("robot", self.common.robot.display().to_string()), ("seed", seed.to_string()), ("command", command)]
+                .map(|(key, text)| (key.to_owned(), text))
+                .into();
+        Ok(gait.save(path)?)
     }
 
     /// The learned gait and the best of those that need no policy, each with its episodes on the file's robot and on drawn ones.
