@@ -170,7 +170,7 @@ impl Gait {
 
     fn index(&self, step: u8) -> u8 {
         let pair = self.steps.as_flattened().get(usize::from(step / 2)).copied().unwrap_or(0);
-        if step % 2 == 0 { pair & 0x0F } else { pair >> 4 }
+        if step.is_multiple_of(2) { pair & 0x0F } else { pair >> 4 }
     }
 
     /// Refuses what no robot can play: no name, no step, too many, an index beyond the table, an interval out of range, and a speed

@@ -24,6 +24,7 @@ pub const NAME: usize = 32;
 /// Message of the console to a robot, in a frame of [`super::secure`]. Without a heartbeat or a command the robot slows down after
 /// `controller.supervisor.link_slow_s`, and cuts the bridge after `command_age_s`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to put a gait on")]
 pub enum Downlink {
     /// The console lives and hears the robot.
     Heartbeat {

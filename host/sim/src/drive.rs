@@ -12,7 +12,6 @@ use common::conventions::{omega_from_frequency, radians};
 
 /// Command of a drive, in the units in which a person types it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "a few exist at a time, and boxed it could not be copied")]
 pub enum DriveCommand {
     /// Hold an actuation frequency, Hz, the thesis's sign.
     Freq {

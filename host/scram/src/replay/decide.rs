@@ -21,7 +21,6 @@ const TELLING_DUTY: f64 = 0.01;
 
 /// What reaches the controller from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "few wait at a time, and boxed they could not be copied")]
 enum Told {
     Command(Command),
     /// Another value of a parameter, by its index in the table.

@@ -2,14 +2,20 @@
 
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::OnceLock;
 
 use scram::hil::{HilError, PROGRAM, Qemu};
 use testbed::peers::skip;
 
 use super::root;
 
-/// Builds it; `None` where this machine cannot build or run it.
+/// Builds it, once for all tests of a program; `None` where this machine cannot build or run it.
 pub fn program() -> Option<PathBuf> {
+    static BUILT: OnceLock<Option<PathBuf>> = OnceLock::new();
+    BUILT.get_or_init(build).clone()
+}
+
+fn build() -> Option<PathBuf> {
     if let Err(HilError::NoQemu) = Qemu::is_installed() {
         skip(&format!("there is no {PROGRAM}"));
         return None;
