@@ -42,12 +42,12 @@ impl Rollout {
     }
 
     /// Generalised advantage estimation (J. Schulman and others, ICLR 2016): `A_t = δ_t + γλ·A_{t+1}` with
-    /// `δ_t = r_t + γ·V_{t+1} − V_t` up to an episode's end; `last` are the values of what is seen after the last step.
+    /// `δ_t = r_t + γ·V_{t+1} − V_t` up to an episode's end; `last` are the values of what is seen after the last step, one an environment.
     #[must_use]
     pub fn worth(&self, last: &[f64], discount: f64, lambda: f64) -> Worth {
         let mut advantages = vec![0.0; self.len()];
-        for environment in 0..self.environments {
-            let (mut next_value, mut next_advantage) = (last[environment], 0.0);
+        for (environment, beyond) in last.iter().enumerate() {
+            let (mut next_value, mut next_advantage) = (*beyond, 0.0);
             for place in (environment..self.len()).step_by(self.environments).rev() {
                 let goes_on = if self.ended[place] { 0.0 } else { 1.0 };
                 let value = self.values[place];

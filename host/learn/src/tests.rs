@@ -82,7 +82,9 @@ fn the_way_to_a_goal_is_learned() {
 fn a_seed_gives_one_policy_and_another_seed_another() {
     let trained = |seed: u64| {
         let mut learner = learner(seed);
-        (0..3).for_each(|_| drop(learner.update().unwrap()));
+        for _ in 0..3 {
+            learner.update().unwrap();
+        }
         learner.policy()
     };
     assert_eq!(trained(5), trained(5));
@@ -92,7 +94,9 @@ fn a_seed_gives_one_policy_and_another_seed_another() {
 #[test]
 fn a_training_that_was_stopped_goes_on_as_if_it_had_not_been() {
     let mut learner = learner(9);
-    (0..3).for_each(|_| drop(learner.update().unwrap()));
+    for _ in 0..3 {
+        learner.update().unwrap();
+    }
     let text = serde_json::to_string(&learner.checkpoint()).unwrap();
     let checkpoint: Checkpoint = serde_json::from_str(&text).unwrap();
     let mut resumed = Learner::resume(Row::new(8), &checkpoint).unwrap();

@@ -85,7 +85,7 @@ impl StraightCommand {
         let output = Output { frequency_hz: settings.straight.frequency_hz, found: &found, steered: &steered };
         write(&out.join(FOUND), &serde_json::to_string_pretty(&output).into_diagnostic()?)?;
         if self.common.json {
-            return Ok(print_json(&output)?);
+            return print_json(&output);
         }
         print(&shown(&found, settings.straight.frequency_hz));
         if !steered.is_empty() {

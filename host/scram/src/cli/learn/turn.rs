@@ -164,7 +164,7 @@ impl TurnCommand {
         if self.common.json {
             let steps = training.curve().last().map_or(0, |last| last.steps);
             let (direction, updates) = (training.direction(), training.curve().len());
-            return Ok(print_json(&Output { direction, updates, steps, gaits: &rows, files: &files })?);
+            return print_json(&Output { direction, updates, steps, gaits: &rows, files: &files });
         }
         print(&shown(&rows));
         print(&format!(
@@ -184,7 +184,7 @@ impl TurnCommand {
             policy: training.policy(),
         };
         write(&out.join(POLICY), &serde_json::to_string(&file).into_diagnostic()?)?;
-        Ok(write(&out.join(CURVE), &curve(training.curve()))?)
+        write(&out.join(CURVE), &curve(training.curve()))
     }
 
     /// What the policy does on the file's robot, step by step, for robots that do not see their pose.
