@@ -1,5 +1,7 @@
 //! What a learner acts on.
 
+use tasks::Steps;
+
 use super::LearnError;
 
 /// Environments that are stepped side by side. What one does follows from the seed of its episode and the actions in it alone.
@@ -19,24 +21,11 @@ pub trait Environments {
     /// The environment's.
     fn reset(&mut self, which: usize, seed: u64) -> Result<Vec<f32>, LearnError>;
 
-    /// An action of each.
+    /// An action of each: of an episode that ended, what is seen is its last observation.
     ///
     /// # Errors
     /// The environment's.
-    fn step(&mut self, actions: &[usize]) -> Result<Stepped, LearnError>;
-}
-
-/// What a step of all environments gave.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stepped {
-    /// What is seen, a row an environment: of an episode that ended, its last observation.
-    pub observations: Vec<f32>,
-    /// Rewards.
-    pub rewards: Vec<f64>,
-    /// The episode came to its end.
-    pub terminated: Vec<bool>,
-    /// The episode was cut off for its length.
-    pub truncated: Vec<bool>,
+    fn step(&mut self, actions: &[usize]) -> Result<Steps, LearnError>;
 }
 
 impl Environments for tasks::Environments {
@@ -59,8 +48,7 @@ impl Environments for tasks::Environments {
         Ok(seen)
     }
 
-    fn step(&mut self, actions: &[usize]) -> Result<Stepped, LearnError> {
-        let tasks::Steps { observations, rewards, terminated, truncated } = self.step(actions)?;
-        Ok(Stepped { observations, rewards, terminated, truncated })
+    fn step(&mut self, actions: &[usize]) -> Result<Steps, LearnError> {
+        Ok(self.step(actions)?)
     }
 }

@@ -4,9 +4,10 @@ use nalgebra::DMatrix;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use tasks::Steps;
 
 use super::adam::Adam;
-use super::environment::{Environments, Stepped};
+use super::environment::Environments;
 use super::episodes::Episodes;
 use super::loss::{Batch, Shown, log_softmax, loss};
 use super::network::ActorCritic;
@@ -165,7 +166,7 @@ impl<E: Environments> Learner<E> {
     }
 
     /// What lies beyond the end of each episode that was cut off: it would have gone on.
-    fn beyond(&self, stepped: &Stepped) -> Vec<f64> {
+    fn beyond(&self, stepped: &Steps) -> Vec<f64> {
         let cut = |which: usize| stepped.truncated[which] && !stepped.terminated[which];
         if !(0..stepped.truncated.len()).any(cut) {
             return vec![0.0; stepped.truncated.len()];
@@ -176,7 +177,7 @@ impl<E: Environments> Learner<E> {
     }
 
     /// Begins new episodes where one ended; the sums of the rewards of those that did.
-    fn begin_anew(&mut self, stepped: &Stepped) -> Result<Vec<f64>, LearnError> {
+    fn begin_anew(&mut self, stepped: &Steps) -> Result<Vec<f64>, LearnError> {
         self.seen.clone_from(&stepped.observations);
         let size = self.environments.observation_size();
         let mut returns = Vec::new();

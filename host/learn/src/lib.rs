@@ -28,7 +28,7 @@ mod training;
 pub mod turning;
 
 pub use checkpoint::Checkpoint;
-pub use environment::{Environments, Stepped};
+pub use environment::Environments;
 pub use error::LearnError;
 pub use gait::{Gait, Played};
 pub use hyperparameters::Hyperparameters;

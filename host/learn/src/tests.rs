@@ -1,5 +1,7 @@
 //! Learning where what is best is known.
 
+use tasks::Steps;
+
 use super::*;
 
 /// A row of cells with the goal at one end: actions go left, stay, go right; a step costs 1, and the goal ends the episode. What is
@@ -39,12 +41,12 @@ impl Environments for Row {
         Ok(vec![self.see(which)])
     }
 
-    fn step(&mut self, actions: &[usize]) -> Result<Stepped, LearnError> {
+    fn step(&mut self, actions: &[usize]) -> Result<Steps, LearnError> {
         for ((place, steps), action) in self.places.iter_mut().zip(&mut self.steps).zip(actions) {
             *place = (*place + *action as i64 - 1).clamp(0, self.cells);
             *steps += 1;
         }
-        Ok(Stepped {
+        Ok(Steps {
             observations: (0..self.count()).map(|which| self.see(which)).collect(),
             rewards: vec![-1.0; self.count()],
             terminated: self.places.iter().map(|&place| place == self.cells).collect(),

@@ -3,6 +3,9 @@
 mod straight;
 mod turn;
 
+use std::path::Path;
+
+use ::learn::Settings;
 use clap::Subcommand;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::Report;
@@ -25,6 +28,11 @@ impl Learn {
             Self::Straight(command) => command.run(),
         }
     }
+}
+
+/// The learning file; without one the defaults.
+fn settings(file: Option<&Path>) -> Result<Settings, Report> {
+    Ok(file.map_or_else(|| Ok(Settings::default()), Settings::load)?)
 }
 
 /// The robot file, from which robots are drawn.

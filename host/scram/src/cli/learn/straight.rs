@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use ::learn::Settings;
 use ::learn::straight::{self, Found, STRAIGHT_TURNS_PER_M, Steered, Walked};
 use clap::Args;
 use miette::{IntoDiagnostic, Report};
@@ -11,7 +10,7 @@ use serde::Serialize;
 
 use super::super::run_directory::LEARNED;
 use super::super::{Common, Done, print, print_json, say, table, write};
-use super::{bar, robot};
+use super::{bar, robot, settings};
 
 /// Files of a search.
 const FOUND: &str = "straight.json";
@@ -64,7 +63,7 @@ impl StraightCommand {
     }
 
     fn search(&self, out: &Path) -> Result<(), Report> {
-        let settings = self.settings.as_deref().map_or_else(|| Ok(Settings::default()), Settings::load)?;
+        let settings = settings(self.settings.as_deref())?;
         settings.straight.check()?;
         write(&out.join(SETTINGS), &settings.text())?;
         let robot = robot(&self.common)?;

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::run_directory::LEARNED;
 use super::super::{Common, Done, print, print_json, say, table, write};
-use super::{bar, robot};
+use super::{bar, robot, settings};
 
 /// Files of a training.
 const TRAINING: &str = "training.json";
@@ -123,7 +123,7 @@ impl TurnCommand {
     }
 
     fn begin(&self, out: &Path) -> Result<(), Report> {
-        let settings = self.settings.as_deref().map_or_else(|| Ok(Settings::default()), Settings::load)?;
+        let settings = settings(self.settings.as_deref())?;
         let direction = match self.direction {
             Some(Way::Right) => Direction::Right,
             Some(Way::Left) | None => Direction::Left,
