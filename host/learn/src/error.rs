@@ -25,6 +25,14 @@ pub enum LearnError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Task(#[from] tasks::TaskError),
+    /// The robot file's.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Robot(#[from] robot_file::RobotFileError),
+    /// The robot file has no body.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Axis(#[from] sweep::AxisError),
     /// The networks have no answer any more.
     #[error("after update {update} the policy gives no probabilities any more")]
     #[diagnostic(help("lower learning_rate, or the weights of the reward"))]

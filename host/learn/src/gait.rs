@@ -6,6 +6,14 @@ use tasks::{Environments, Pose};
 
 use super::LearnError;
 use super::policy::Policy;
+use super::way::Way;
+
+/// Places of a path are so far apart, s.
+const ALONG_S: f64 = 0.5;
+/// A robot that came no farther than [`STANDING_M`] in so much time stands, s.
+const STANDING_S: f64 = 60.0;
+/// m: at that speed a metre takes four hours.
+const STANDING_M: f64 = 0.004;
 
 /// A way to choose actions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,14 +40,18 @@ pub enum Gait {
         /// How far to either side, rad, less than half a turn.
         amplitude_rad: f64,
     },
-    /// Along the line y = 0 by the pose, which must be the observation's first three numbers: to the left or to the right, whichever
-    /// turns towards the point of the line that is so far ahead.
-    Steering {
+    /// Along a way by the pose, which must be the observation's first three numbers: to the left or to the right, whichever turns
+    /// towards the point of the way that is so far ahead (pure pursuit, R. C. Coulter 1992).
+    Pursuit {
         /// The action that turns the robot to the left, and the one that turns it to the right.
         actions: [usize; 2],
         /// How far ahead that point lies, in the observation's unit of length.
         lookahead: f64,
+        /// From the start on.
+        way: Way,
     },
+    /// Actions in turn, the last one from then on: what was noted of another robot.
+    Script(Vec<usize>),
 }
 
 /// What there is to choose an action by.
@@ -75,11 +87,16 @@ impl Gait {
                     seen.previous.unwrap_or(if off > 0.0 { *clockwise } else { *back })
                 }
             }
-            Self::Steering { actions: [left, right], lookahead } => {
-                let [_, y, heading, ..] = seen.observation else { return *left };
-                let off = wrap(f64::from(*heading) + f64::from(*y).atan2(*lookahead));
+            Self::Pursuit { actions: [left, right], lookahead, way } => {
+                let [x, y, heading, ..] = seen.observation.iter().copied().map(f64::from).collect::<Vec<_>>()[..]
+                else {
+                    return *left;
+                };
+                let [ahead_x, ahead_y] = way.ahead([x, y], *lookahead);
+                let off = wrap(heading - (ahead_y - y).atan2(ahead_x - x));
                 if off > 0.0 { *right } else { *left }
             }
+            Self::Script(actions) => actions.get(seen.step).or(actions.last()).copied().unwrap_or_default(),
         }
     }
 }
@@ -101,9 +118,10 @@ impl Gait {
                 let (centre, amplitude) = (wrap(*centre_rad).to_degrees(), amplitude_rad.to_degrees());
                 format!("{centre:.0}° ± {amplitude:.0}°, {} and {} Hz", hz(*a), hz(*b))
             }
-            Self::Steering { actions: [left, right], .. } => {
-                format!("along a line, {} Hz to the left, {} Hz to the right", hz(*left), hz(*right))
+            Self::Pursuit { actions: [left, right], .. } => {
+                format!("along a way, {} Hz to the left, {} Hz to the right", hz(*left), hz(*right))
             }
+            Self::Script(_) => "as noted".to_owned(),
         }
     }
 }
@@ -133,6 +151,30 @@ impl Played {
     #[must_use]
     pub fn rate(&self) -> f64 {
         self.turned / self.seconds
+    }
+
+    /// Whether the robot has not come from its place for a minute, acting every `interval_s`.
+    #[must_use]
+    pub fn stands(&self, interval_s: f64) -> bool {
+        let long = (STANDING_S / interval_s).round() as usize;
+        let Some(place) = self.path.len().checked_sub(long + 1) else { return false };
+        let (before, now) = (self.path[place], self.path[self.path.len() - 1]);
+        (now.x - before.x).hypot(now.y - before.y) < STANDING_M
+    }
+
+    /// Length of the path, m: through places half a second apart, within which the shaft turns a few times, whose to and fro is no way.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        let interval_s = self.seconds / (self.path.len().max(2) - 1) as f64;
+        let every = (ALONG_S / interval_s).round().max(1.0) as usize;
+        let places: Vec<&Pose> = self.path.iter().step_by(every).collect();
+        places.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y)).sum()
+    }
+
+    /// Radius of the circle on which the robot walks, m: the length of its path over what it turned.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.length() / self.turned.abs()
     }
 
     /// Drift for each whole turn, m; infinite where it does not turn.
@@ -184,6 +226,53 @@ pub fn play(
     Ok(played)
 }
 
+/// Plays an episode of every seed with one gait, each to its end or until `enough` of it: where one is over the next one begins.
+///
+/// # Errors
+/// The environments'.
+pub fn play_all(
+    environments: &mut Environments,
+    gait: &Gait,
+    seeds: &[u64],
+    enough: &dyn Fn(&Played) -> bool,
+) -> Result<Vec<Played>, LearnError> {
+    let (size, interval_s) = (environments.definition().observation_size(), environments.definition().interval_s);
+    let mut seen = vec![0.0; size * environments.len()];
+    let mut played: Vec<Played> = vec![Played::default(); seeds.len()];
+    let mut next = 0..seeds.len();
+    // Of each environment the episode that it plays.
+    let mut under_way: Vec<Option<usize>> = vec![None; environments.len()];
+    let mut over = vec![true; environments.len()];
+    loop {
+        for which in (0..environments.len()).filter(|which| over[*which]).collect::<Vec<_>>() {
+            under_way[which] = next.next();
+            over[which] = false;
+            let Some(episode) = under_way[which] else { continue };
+            environments.reset(which, Some(seeds[episode]))?;
+            environments.observe(which, &mut seen[which * size..(which + 1) * size]);
+            played[episode].path.push(environments.pose(which));
+        }
+        if under_way.iter().all(Option::is_none) {
+            return Ok(played);
+        }
+        let choose = |(episode, observation): (&Option<usize>, &[f32])| {
+            episode.map_or(0, |episode| {
+                let actions = &played[episode].actions;
+                gait.choose(&Seen { step: actions.len(), observation, previous: actions.last().copied() })
+            })
+        };
+        let actions: Vec<usize> = under_way.iter().zip(seen.chunks(size)).map(choose).collect();
+        let stepped = environments.step(&actions)?;
+        for (which, episode) in under_way.iter().enumerate().filter_map(|(which, episode)| Some((which, (*episode)?))) {
+            let one = &mut played[episode];
+            one.take(actions[which], stepped.rewards[which], environments.pose(which));
+            one.seconds += interval_s;
+            over[which] = stepped.terminated[which] || stepped.truncated[which] || enough(one);
+        }
+        seen = stepped.observations;
+    }
+}
+
 impl Played {
     fn take(&mut self, action: usize, reward: f64, pose: Pose) {
         let (start, before) = (self.path[0], self.path[self.path.len() - 1]);
@@ -196,7 +285,11 @@ impl Played {
     }
 }
 
-/// Of many gaits the one with the greatest sum of rewards in an episode of a seed, so many tried side by side.
+/// What makes a gait better than another.
+pub type Worth<'a> = &'a dyn Fn(&Played) -> f64;
+
+/// Of many gaits for each measure of worth the one that is worth most in an episode of a seed; so many are tried side by side as there
+/// are environments.
 ///
 /// # Errors
 /// The environments'.
@@ -204,9 +297,10 @@ pub fn best(
     environments: &mut Environments,
     gaits: &[Gait],
     seed: u64,
+    worths: &[Worth<'_>],
     tell: &mut dyn FnMut(usize),
-) -> Result<Option<(Gait, Played)>, LearnError> {
-    let mut best: Option<(Gait, Played)> = None;
+) -> Result<Vec<Option<(Gait, f64)>>, LearnError> {
+    let mut best: Vec<Option<(Gait, f64)>> = vec![None; worths.len()];
     let mut tried = 0;
     for wave in gaits.chunks(environments.len()) {
         // The last wave is filled up with the first of its gaits.
@@ -214,8 +308,11 @@ pub fn best(
             (0..environments.len()).map(|i| wave[if i < wave.len() { i } else { 0 }].clone()).collect();
         let played = play(environments, &filled, &vec![seed; filled.len()], &|_| false)?;
         for (gait, played) in wave.iter().zip(played) {
-            if best.as_ref().is_none_or(|(_, known)| played.sum > known.sum) {
-                best = Some((gait.clone(), played));
+            for (best, worth) in best.iter_mut().zip(worths) {
+                let worth = worth(&played);
+                if best.as_ref().is_none_or(|(_, known)| worth > *known) {
+                    *best = Some((gait.clone(), worth));
+                }
             }
         }
         tried += wave.len();
@@ -280,13 +377,54 @@ mod tests {
 
     #[test]
     fn steering_turns_towards_the_line_ahead() {
-        let gait = Gait::Steering { actions: [1, 0], lookahead: 2.0 };
+        let gait = Gait::Pursuit { actions: [1, 0], lookahead: 2.0, way: Way::new(vec![[0.0, 0.0], [9.0, 0.0]]) };
         let chosen =
             |y: f32, heading: f32| gait.choose(&Seen { step: 0, observation: &[40.0, y, heading], previous: None });
         // On the line, heading to the left of it or to the right.
         assert_eq!([chosen(0.0, 0.1), chosen(0.0, -0.1)], [0, 1]);
         // 1 to the left: the point 2 ahead lies 0.46 rad to the right.
         assert_eq!([chosen(1.0, -0.45), chosen(1.0, -0.48)], [0, 1]);
+    }
+
+    #[test]
+    fn an_episode_is_the_same_in_whichever_environment_its_turn_comes() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml");
+        let document = robot_file::edit::Document::load(file.as_ref()).unwrap();
+        let robot = document.robot().unwrap();
+        let robot = sweep::VariantBuilder::new(document, robot).unwrap();
+        let task = tasks::Task::Turn(tasks::Turn::default());
+        let definition = tasks::Definition { episode_s: 0.4, ..tasks::Definition::new(task) };
+        let environments = |count: usize| Environments::new(robot.clone(), definition.clone(), count).unwrap();
+        let gait = Gait::Alternation { actions: [9, 0], steps: [1, 2] };
+        let seeds = [3, 9, 4, 1, 5];
+        // Some end earlier than others, so that they are not in step.
+        let enough = |played: &Played| played.turned > 0.0 && played.actions.len() > 4;
+        let alone: Vec<Played> = seeds
+            .iter()
+            .flat_map(|seed| play(&mut environments(1), std::slice::from_ref(&gait), &[*seed], &enough).unwrap())
+            .collect();
+        assert_eq!(play_all(&mut environments(2), &gait, &seeds, &enough).unwrap(), alone);
+        assert_eq!(play_all(&mut environments(8), &gait, &seeds, &|_| false).unwrap()[4].actions.len(), 10);
+    }
+
+    #[test]
+    fn who_stays_where_he_is_for_a_minute_stands() {
+        let walked = |speed: f64, seconds: usize| {
+            let path = (0..=seconds).map(|s| Pose { x: speed * s as f64, y: 0.0, heading: 0.0 }).collect();
+            Played { path, ..Played::default() }.stands(1.0)
+        };
+        assert_eq!(
+            [walked(6e-5, 60), walked(6e-5, 59), walked(7e-5, 60), walked(0.0, 200)],
+            [true, false, false, true]
+        );
+    }
+
+    #[test]
+    fn a_script_is_played_to_its_last_action() {
+        let gait = Gait::Script(vec![2, 0, 1]);
+        let chosen: Vec<usize> =
+            (0..5).map(|step| gait.choose(&Seen { step, observation: &[], previous: None })).collect();
+        assert_eq!(chosen, [2, 0, 1, 1, 1]);
     }
 
     #[test]

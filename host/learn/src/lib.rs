@@ -17,15 +17,18 @@ pub mod gait;
 mod hyperparameters;
 mod learner;
 mod loss;
+pub mod maze;
 mod network;
 mod policy;
 mod rollout;
 mod settings;
 pub mod straight;
+pub mod terrain;
 #[cfg(test)]
 mod tests;
 mod training;
 pub mod turning;
+mod way;
 
 pub use checkpoint::Checkpoint;
 pub use environment::Environments;
@@ -35,5 +38,8 @@ pub use hyperparameters::Hyperparameters;
 pub use learner::{Learner, Progress};
 pub use policy::Policy;
 pub use rollout::{Rollout, Worth};
-pub use settings::{Direction, Settings, SettingsError, Straightness, Turning};
+pub use settings::{
+    Direction, MazeSettings, Observed, Settings, SettingsError, Straightness, TerrainSettings, Turning,
+};
 pub use training::{Saved, Training};
+pub use way::Way;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tasks::{Definition, Task, Turn, thesis_frequencies_hz};
+use tasks::{Definition, Maze, Part, Task, Turn, thesis_frequencies_hz};
 
 use super::Hyperparameters;
 
@@ -37,6 +37,28 @@ impl Direction {
     }
 }
 
+/// A part of what is observed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Observed {
+    /// [`Part::Pose`], the thesis's.
+    Pose,
+    /// [`Part::Velocity`].
+    Velocity,
+    /// [`Part::Shaft`].
+    Shaft,
+}
+
+impl From<Observed> for Part {
+    fn from(observed: Observed) -> Self {
+        match observed {
+            Observed::Pose => Self::Pose,
+            Observed::Velocity => Self::Velocity,
+            Observed::Shaft => Self::Shaft,
+        }
+    }
+}
+
 /// A learning file. What it does not say has the thesis's value, or where the thesis is silent one that was chosen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -45,6 +67,10 @@ pub struct Settings {
     pub turn: Turning,
     /// Walking straight.
     pub straight: Straightness,
+    /// Finding the way through a maze.
+    pub maze: MazeSettings,
+    /// Walking over slopes, steps and patches.
+    pub terrain: TerrainSettings,
     /// The hyperparameters of proximal policy optimisation.
     pub ppo: Hyperparameters,
 }
@@ -61,6 +87,8 @@ pub struct Turning {
     pub k_pos: f64,
     /// The actions, Hz, clockwise positive.
     pub frequencies_hz: Vec<f64>,
+    /// What is observed: `pose`, `velocity`, `shaft`, in this order.
+    pub observe: Vec<Observed>,
     /// Δt, s.
     pub interval_s: f64,
     /// Length of an episode, s.
@@ -85,6 +113,7 @@ impl Default for Turning {
             k_rot: task.k_rot,
             k_pos: task.k_pos,
             frequencies_hz: thesis_frequencies_hz(),
+            observe: vec![Observed::Pose],
             interval_s: definition.interval_s,
             episode_s: definition.episode_s,
             alpha_deg: definition.alpha_deg,
@@ -136,18 +165,130 @@ impl Default for Straightness {
     }
 }
 
+/// How a robot goes through a maze (thesis 5.3.3, Fig. 5.5). The thesis gives none of these numbers but F's range.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MazeSettings {
+    /// F, Hz: +F turns to one side, −F to the other.
+    pub frequency_hz: f64,
+    /// Between two decisions, s.
+    pub interval_s: f64,
+    /// It steers to the point of the way that is so far ahead, m.
+    pub lookahead_m: f64,
+    /// It has so much time, s.
+    pub patience_s: f64,
+    /// Edge of the maze's square cells, m.
+    pub cell_m: f64,
+    /// Cells of a maze drawn at random, along x and along y.
+    pub size: [usize; 2],
+    /// α of the robot, degrees; the robot file's own where it is missing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha_deg: Option<f64>,
+    /// Share of the file's spreads from which robots are drawn.
+    pub randomize: f64,
+}
+
+impl Default for MazeSettings {
+    fn default() -> Self {
+        Self {
+            frequency_hz: 8.0,
+            interval_s: 0.5,
+            lookahead_m: 0.08,
+            patience_s: 900.0,
+            cell_m: Maze::CELL_M,
+            size: [4, 4],
+            alpha_deg: Some(90.0),
+            randomize: 1.0,
+        }
+    }
+}
+
+impl MazeSettings {
+    /// Checks what the environments do not.
+    ///
+    /// # Errors
+    /// The key that is out of its range, with what is expected.
+    pub fn check(&self) -> Result<(), super::LearnError> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        key("maze.frequency_hz", positive(self.frequency_hz), "a number above 0")?;
+        key("maze.lookahead_m", positive(self.lookahead_m), "a number above 0")?;
+        key("maze.patience_s", positive(self.patience_s), "a number above 0")?;
+        key("maze.cell_m", positive(self.cell_m), "a number above 0")?;
+        let cells = self.size[0].saturating_mul(self.size[1]);
+        key("maze.size", cells > 1 && cells <= 10_000, "two whole numbers, of 2 to 10 000 cells")
+    }
+}
+
+/// Over which terrain robots walk along a line, and how. All of it is chosen; the thesis only wishes for it (6.2).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TerrainSettings {
+    /// By how much the ground rises ahead, degrees.
+    pub slopes_deg: Vec<f64>,
+    /// By how much it is higher from `begins_m` on, m.
+    pub steps_m: Vec<f64>,
+    /// Share of the friction from `begins_m` on.
+    pub patches: Vec<f64>,
+    /// Where steps and patches begin: so far along x, m. The robot's centre starts at 0.
+    pub begins_m: f64,
+    /// F, Hz.
+    pub frequency_hz: f64,
+    /// Between two decisions, s; without its pose a robot changes between +F and −F as often.
+    pub interval_s: f64,
+    /// How long it walks, s.
+    pub episode_s: f64,
+    /// It steers to the point of the line that is so far ahead, m.
+    pub lookahead_m: f64,
+    /// α of the robot, degrees; the robot file's own where it is missing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha_deg: Option<f64>,
+    /// Share of the file's spreads from which robots are drawn.
+    pub randomize: f64,
+}
+
+impl Default for TerrainSettings {
+    fn default() -> Self {
+        Self {
+            slopes_deg: vec![5.0, -5.0],
+            steps_m: vec![0.0005, 0.001, -0.001],
+            patches: vec![0.5],
+            begins_m: 0.09,
+            frequency_hz: 8.0,
+            interval_s: 0.2,
+            episode_s: 40.0,
+            lookahead_m: 0.015,
+            alpha_deg: Some(90.0),
+            randomize: 1.0,
+        }
+    }
+}
+
+impl TerrainSettings {
+    /// Checks what the environments and the robot file do not.
+    ///
+    /// # Errors
+    /// The key that is out of its range, with what is expected.
+    pub fn check(&self) -> Result<(), super::LearnError> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        key("terrain.frequency_hz", positive(self.frequency_hz), "a number above 0")?;
+        key("terrain.lookahead_m", positive(self.lookahead_m), "a number above 0")?;
+        key("terrain.begins_m", self.begins_m.is_finite(), "a number")
+    }
+}
+
+fn key(name: &'static str, is_right: bool, expected: &str) -> Result<(), super::LearnError> {
+    if is_right {
+        return Ok(());
+    }
+    Err(super::LearnError::Setting { name, expected: expected.to_owned() })
+}
+
 impl Straightness {
     /// Checks what the environments do not.
     ///
     /// # Errors
     /// The key that is out of its range, with what is expected.
     pub fn check(&self) -> Result<(), super::LearnError> {
-        let key = |name: &'static str, is_right: bool, expected: &str| {
-            if is_right {
-                return Ok(());
-            }
-            Err(super::LearnError::Setting { name, expected: expected.to_owned() })
-        };
         let positive = |x: f64| x.is_finite() && x > 0.0;
         key("straight.held", !self.held.is_empty() && !self.held.contains(&0), "one whole number above 0 or more")?;
         key("straight.starts", self.starts > 0, "a whole number above 0")?;
@@ -169,6 +310,7 @@ impl Turning {
         };
         let mut definition = Definition {
             frequencies_hz: self.frequencies_hz.clone(),
+            parts: self.observe.iter().copied().map(Part::from).collect(),
             interval_s: self.interval_s,
             episode_s: self.episode_s,
             alpha_deg: self.alpha_deg,

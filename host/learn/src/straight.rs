@@ -10,6 +10,7 @@ use tasks::{Definition, DriveKind, Environments, Straight, Task};
 use super::LearnError;
 use super::gait::{self, Gait, Played};
 use super::settings::Straightness;
+use super::way::Way;
 
 /// First seed of the episodes in which holding times are tried.
 const TRIED_ON: u64 = 1 << 42;
@@ -17,8 +18,6 @@ const TRIED_ON: u64 = 1 << 42;
 const JUDGED_ON: u64 = 1 << 43;
 /// Side by side, episodes of several starts for each pair of holding times.
 const SIDE_BY_SIDE: usize = 32;
-/// The places whose distances make a path are so far apart, s: within it the shaft turns a few times, whose to and fro is no way.
-const ALONG_S: f64 = 0.5;
 
 /// How a robot walks with a signal, in the mean over several starts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -75,7 +74,7 @@ pub fn search(
         let filled = (0..wave).map(|place| &some[if place < some.len() { place } else { 0 }]);
         let each: Vec<Gait> = filled.flat_map(|gait| std::iter::repeat_n(gait.clone(), settings.starts)).collect();
         let played = gait::play(&mut environments, &each, &seeds, &|_| false)?;
-        walked.extend(played.chunks(settings.starts).take(some.len()).map(|starts| mean(starts, settings.interval_s)));
+        walked.extend(played.chunks(settings.starts).take(some.len()).map(mean));
         tell(walked.len(), gaits.len());
     }
     for (walked, steps) in walked[2..].iter_mut().zip(&held) {
@@ -107,18 +106,13 @@ impl Straightness {
     }
 }
 
-fn mean(starts: &[Played], interval_s: f64) -> Walked {
-    let every = (ALONG_S / interval_s).round().max(1.0) as usize;
-    let length = |played: &Played| {
-        let places: Vec<_> = played.path.iter().step_by(every).collect();
-        places.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y)).sum::<f64>()
-    };
+fn mean(starts: &[Played]) -> Walked {
     let of = |what: &dyn Fn(&Played) -> f64| starts.iter().map(what).sum::<f64>() / starts.len() as f64;
-    let path = of(&length);
+    let path = of(&Played::length);
     Walked {
         held_s: [0.0; 2],
         speed_mm_per_s: 1e3 * of(&|played| played.drift / played.seconds),
-        path_mm_per_s: 1e3 * of(&|played| length(played) / played.seconds),
+        path_mm_per_s: 1e3 * of(&|played| played.length() / played.seconds),
         turns_per_m: of(&|played| played.turned) / TAU / path,
     }
 }
@@ -162,11 +156,16 @@ pub fn steered(
         Definition { episode_s: settings.patience_s, drive: DriveKind::Motor, ..settings.definition() };
     definition.randomization.share = 1.0;
     let lookahead = settings.lookahead_m / definition.length_unit_m;
-    let mut environments = Environments::with_threads(robot.clone(), definition, robots, threads)?;
-    let gait = Gait::Steering { actions: found.steering(), lookahead };
+    let way = Way::new(vec![[0.0, 0.0], [settings.distance_m / definition.length_unit_m, 0.0]]);
+    let mut environments =
+        Environments::with_threads(robot.clone(), definition, SIDE_BY_SIDE.min(robots).max(1), threads)?;
+    let gait = Gait::Pursuit { actions: found.steering(), lookahead, way };
     let seeds: Vec<u64> = (0..robots as u64).map(|i| JUDGED_ON + i).collect();
-    let there = |played: &Played| played.path.last().is_some_and(|pose| pose.x >= settings.distance_m);
-    let played = gait::play(&mut environments, &vec![gait; robots], &seeds, &there)?;
+    let over = |played: &Played| {
+        let there = played.path.last().is_some_and(|pose| pose.x >= settings.distance_m);
+        there || played.stands(settings.interval_s)
+    };
+    let played = gait::play_all(&mut environments, &gait, &seeds, &over)?;
     Ok(played.iter().map(|played| result(played, settings)).collect())
 }
 
@@ -217,7 +216,7 @@ mod tests {
             path: vec![pose(0.0, 0.0, 0.0), pose(0.03, 0.0, 0.1), pose(0.03, 0.04, 0.25 * TAU)],
             ..Played::default()
         };
-        let found = mean(&[played], ALONG_S);
+        let found = mean(&[played]);
         let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
         assert!(near(found.speed_mm_per_s, 50.0) && near(found.path_mm_per_s, 70.0), "{found:?}");
         assert!(near(found.turns_per_m, 0.25 / 0.07), "{found:?}");

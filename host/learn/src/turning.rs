@@ -23,6 +23,8 @@ const HELD: [usize; 3] = [1, 2, 4];
 const AMPLITUDE_RAD: f64 = 100.0 * TAU / 360.0;
 /// Middles of an oscillation that are tried around the shaft.
 const CENTRES: usize = 16;
+/// A robot that turns slower than this is not said to turn, rad/s: a turn takes two minutes.
+const LEAST_RATE_RAD_PER_S: f64 = 0.05;
 /// How often an oscillation looks whether it is to turn back, s.
 const OSCILLATION_INTERVAL_S: f64 = 1e-3;
 
@@ -50,13 +52,16 @@ pub struct Judged {
     pub rates_deg_per_s: [f64; 2],
     /// Median of the drift for a whole turn, mm.
     pub drift_mm_per_turn: f64,
+    /// Median radius of the circle on which it walks, mm.
+    pub radius_mm: f64,
     /// Median of the farthest from the start, mm.
     pub farthest_mm: f64,
     /// Share of the episodes that were not over before their time.
     pub to_the_end: f64,
 }
 
-/// The learned policy, the best constant frequency, the best alternation of two frequencies and the best oscillation by ±100°.
+/// The learned policy; by the reward the best constant frequency, the best alternation of two and the best oscillation by ±100°; and of the
+/// oscillations the one on the smallest circle, where one turns the robot at all.
 ///
 /// # Errors
 /// The environments'.
@@ -86,18 +91,36 @@ pub fn contenders(
         tried: settings.ppo.steps * settings.turn.updates / definition.episode_steps(),
     }];
     let mut before = 0;
+    let mut tightest = None;
     for (gaits, definition) in &kinds {
         let mut side_by_side = Environments::with_threads(robot.clone(), (*definition).clone(), SIDE_BY_SIDE, threads)?;
-        let best = gait::best(&mut side_by_side, gaits, CHOSEN_ON, &mut |tried| tell(before + tried, all))?;
+        let worths: [gait::Worth<'_>; 2] = [&|played| played.sum, &|played| tightness(played, direction)];
+        let tell = &mut |tried| tell(before + tried, all);
+        let best = gait::best(&mut side_by_side, gaits, CHOSEN_ON, &worths, tell)?;
         before += gaits.len();
-        found.extend(best.map(|(gait, _)| Contender {
+        let contender = |gait: Gait, tried: usize| Contender {
             name: gait.words(hz, definition.interval_s),
             gait,
             definition: (*definition).clone(),
-            tried: gaits.len(),
-        }));
+            tried,
+        };
+        let [by_reward, by_circle] = <[_; 2]>::try_from(best).unwrap_or_else(|_| unreachable!("two worths"));
+        found.extend(by_reward.map(|(gait, _)| contender(gait, gaits.len())));
+        // That of the last kind stays: where an alternation goes depends on the angle at which the shaft happens to start, an oscillation
+        // looks at it.
+        tightest = by_circle
+            .filter(|(_, worth)| *worth > f64::NEG_INFINITY)
+            .map(|(gait, _)| contender(gait, gaits.len()))
+            .map(|contender| Contender { name: format!("tightest: {}", contender.name), ..contender });
     }
+    found.extend(tightest);
     Ok(found)
+}
+
+/// How small the circle is on which a robot walks, 1/m; of one that turns the other way or hardly at all, less than any.
+fn tightness(played: &Played, direction: Direction) -> f64 {
+    let turns = direction.sign() * played.rate() >= LEAST_RATE_RAD_PER_S;
+    if turns { 1.0 / played.radius() } else { f64::NEG_INFINITY }
 }
 
 /// The robots on which a gait is judged.
@@ -145,6 +168,7 @@ pub fn judged(played: &[Played], contender: &Contender, interval_s: f64) -> Judg
         rate_deg_per_s: mean(&rate),
         rates_deg_per_s: [quantile(0.1, &rate), quantile(0.9, &rate)],
         drift_mm_per_turn: 1e3 * quantile(0.5, &Played::drift_per_turn),
+        radius_mm: 1e3 * quantile(0.5, &Played::radius),
         farthest_mm: 1e3 * quantile(0.5, &|one| one.farthest),
         to_the_end: mean(&|one| f64::from(u8::from(one.seconds > whole))),
     }

@@ -35,7 +35,7 @@ mod title;
 pub mod view;
 mod walk;
 
-pub use figures::{Straightness, TurningRun, speeds_svg, straightness_svg, turning_svg};
+pub use figures::{Straightness, TurningRun, maze_svg, speeds_svg, straightness_svg, turning_svg};
 pub use oscillation::oscillation_svg;
 pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
 pub use picture::picture;

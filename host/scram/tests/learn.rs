@@ -12,7 +12,9 @@ use serde_json::Value;
 
 /// A training of seconds: it learns nothing, and does all that a long one does.
 const SHORT: &str = "[turn]\nepisode_s = 0.4\nenvironments = 4\nupdates = 3\n[ppo]\nsteps = 40\nbatch_size = 20\nepochs = 2\n\
-                     [straight]\nheld = [1, 3]\nepisode_s = 0.6\nstarts = 2\npatience_s = 0.5\n";
+                     [straight]\nheld = [1, 3]\nepisode_s = 0.6\nstarts = 2\npatience_s = 0.5\n\
+                     [maze]\npatience_s = 1.0\n\
+                     [terrain]\nslopes_deg = [5.0]\nsteps_m = [0.001]\npatches = [0.5]\nepisode_s = 0.4\n";
 
 fn settings(directory: &Path) {
     fs::write(directory.join("learn.toml"), SHORT).unwrap();
@@ -86,6 +88,60 @@ fn walking_straight_is_searched_for_and_steered() {
 }
 
 #[test]
+fn a_maze_is_drawn_in_nine_frames_and_as_a_page_with_its_walls() {
+    let directory = temporary();
+    settings(directory.path());
+    let words = "learn maze --settings learn.toml --robot @/robot.toml --robots 2";
+    let text = succeeds(directory.path(), words);
+    // A second is not enough: each of them says so.
+    for part in ["the file's robot: out of time", "by their pose", "0 of 2", "script", "maze.html"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let out = directory.path().join("out/latest-learn");
+    let svg = String::from_utf8(read(&out.join("maze.svg"))).unwrap();
+    let drawn = roxmltree::Document::parse(&svg).unwrap();
+    assert_eq!(
+        drawn.descendants().filter(|node| node.has_tag_name("polygon")).count(),
+        9 * 4,
+        "frames of four modules"
+    );
+    let page = String::from_utf8(read(&out.join("maze.html"))).unwrap();
+    assert!(page.contains("\"walls\":[["), "the walls of the maze are in the page");
+    let found: Value = serde_json::from_slice(&read(&out.join("maze.json"))).unwrap();
+    assert_eq!(found["first"]["end"], "out_of_time");
+    assert_eq!([&found["by_pose"], &found["by_script"]].map(|list| list.as_array().unwrap().len()), [2, 2]);
+    let alone = succeeds(directory.path(), "learn maze --settings learn.toml --robot @/robot.toml");
+    assert!(alone.contains("the file's robot") && !alone.contains("by their pose"), "{alone}");
+}
+
+#[test]
+fn every_random_maze_has_robots_of_its_own() {
+    let directory = temporary();
+    fs::write(directory.path().join("learn.toml"), "[maze]\npatience_s = 0.5\nsize = [3, 2]\n").unwrap();
+    let words = "learn maze --maze random --settings learn.toml --robot @/robot.toml --robots 11 --json";
+    let found: Value = serde_json::from_str(&succeeds(directory.path(), words)).unwrap();
+    let left: Vec<f64> =
+        found["by_pose"].as_array().unwrap().iter().map(|one| one["left_m"].as_f64().unwrap()).collect();
+    assert_eq!(left.len(), 11, "ten in the first maze, one in the second");
+}
+
+#[test]
+fn every_terrain_is_crossed_by_the_pose_and_without() {
+    let directory = temporary();
+    settings(directory.path());
+    let text = succeeds(directory.path(), "learn terrain --settings learn.toml --robot @/robot.toml --robots 2");
+    for part in ["even ground", "5° uphill", "a step of 1 mm up", "50 % of the friction", "by the pose", "in turn"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let rows: Value = serde_json::from_slice(&read(&directory.path().join("out/latest-learn/terrain.json"))).unwrap();
+    let row = |place: usize| &rows[place];
+    assert_eq!(rows.as_array().unwrap().len(), 4);
+    assert_eq!(row(3)["by_pose"].as_array().unwrap().len(), 2);
+    // The slope acts on the same robots.
+    assert_ne!(row(0)["in_turn"], row(1)["in_turn"]);
+}
+
+#[test]
 fn what_is_wrong_is_named_with_its_place() {
     let directory = temporary();
     let wrong = |text: &str, words: &str, says: &[&str]| {
@@ -94,6 +150,8 @@ fn what_is_wrong_is_named_with_its_place() {
     };
     wrong("[turn]\nk_poss = 1\n", "turn --direction left", &["learn.toml", "line 2", "k_poss"]);
     wrong("[ppo]\nsteps = 7\n", "turn --direction left", &["steps: expected a multiple of 16"]);
+    wrong("[maze]\nsize = [1, 1]\n", "maze", &["maze.size: expected two whole numbers"]);
+    wrong("[terrain]\nslopes_deg = [80.0]\n", "terrain", &["ahead_deg", "60"]);
     wrong("[straight]\nheld = []\n", "straight", &["straight.held: expected"]);
     wrong("[turn]\ninterval_s = 0.00015\n", "turn --direction left", &["interval_s", "whole number of steps"]);
     refuses(directory.path(), "learn turn --resume nowhere --robot @/robot.toml", 1, &["nowhere/training.json"]);

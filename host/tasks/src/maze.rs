@@ -3,11 +3,11 @@
 //! Cell (0, 0) has its centre at the origin, columns run along +x and rows along +y. The robot starts in the first cell of the way,
 //! facing the second.
 
-use std::collections::VecDeque;
 use std::f64::consts::FRAC_PI_2;
 
 use hal_sim::body::Wall;
 use hal_sim::random::{Source, Stream};
+use pathfinding::prelude::dijkstra_all;
 
 /// Column and row of a cell.
 pub type Cell = [usize; 2];
@@ -148,22 +148,20 @@ impl Maze {
         }
     }
 
-    /// Counts the cells to the exit, breadth first.
+    /// Counts the cells to the exit.
     fn find_way(&mut self) {
+        let maze = &*self;
+        let beside = |cell: &Cell| {
+            let next = |side: Side| maze.beside(*cell, side).map(|next| (next, 1));
+            maze.ways(*cell).into_iter().filter_map(next).collect::<Vec<_>>()
+        };
+        let reached = dijkstra_all(&self.exit, beside);
+        for (cell, (_, steps)) in reached {
+            let index = self.index(cell);
+            self.steps[index] = steps;
+        }
         let exit = self.index(self.exit);
         self.steps[exit] = 0;
-        let mut queue = VecDeque::from([self.exit]);
-        while let Some(cell) = queue.pop_front() {
-            let steps = self.steps[self.index(cell)] + 1;
-            for side in self.ways(cell) {
-                let Some(next) = self.beside(cell, side) else { continue };
-                let index = self.index(next);
-                if self.steps[index] == UNREACHED {
-                    self.steps[index] = steps;
-                    queue.push_back(next);
-                }
-            }
-        }
     }
 
     /// Edge of a cell, m: from wall to wall.
@@ -241,6 +239,18 @@ impl Maze {
         std::iter::successors(Some(cell), next).collect()
     }
 
+    /// The way from the start to the exit, along the middles of the corridors: its first point, its corners and its last one, m.
+    #[must_use]
+    pub fn way(&self) -> Vec<[f64; 2]> {
+        let cells = self.way_from(self.start);
+        let corner = |place: usize| {
+            let (before, after) = (cells[place - 1], cells[place + 1]);
+            before[0] != after[0] && before[1] != after[1]
+        };
+        let ends = |place: usize| place == 0 || place + 1 == cells.len();
+        (0..cells.len()).filter(|place| ends(*place) || corner(*place)).map(|place| self.centre(cells[place])).collect()
+    }
+
     /// From a point to where the exit's cell begins, along the middles of the corridors, m; a point beside the middle is as much farther.
     /// 0 in the exit's cell. Of a point outside: that of the nearest cell.
     #[must_use]
@@ -313,6 +323,7 @@ mod tests {
         use Side::{East, South};
         assert_eq!(sides, [East, East, South, South, East, East]);
         assert_eq!((maze.start(), maze.start_heading()), ([0.0, 0.4], 0.0));
+        assert_eq!(maze.way(), [[0.0, 0.4], [0.4, 0.4], [0.4, 0.0], [0.8, 0.0]]);
         // 6 cells of 0.2 m, less the half of the last.
         assert!((maze.distance_to_exit(maze.start()) - 1.1).abs() < 1e-12);
         assert!((maze.distance_to_exit([0.03, 0.41]) - (1.1 - 0.03 + 0.01)).abs() < 1e-12);

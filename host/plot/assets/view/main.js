@@ -9,6 +9,7 @@ import { readRun } from "view/run";
 import { Stage } from "view/stage";
 import { onTheme } from "view/theme";
 import { Traces } from "view/traces";
+import { walls } from "view/walls";
 
 const run = readRun(document.getElementById("run").textContent);
 
@@ -16,7 +17,7 @@ function start() {
   const length = 1000 * run.plan.modules.reduce((sum, module, k) => sum + module.size[0] + (run.plan.backbones[k]?.length ?? 0), 0);
   const stage = new Stage(document.getElementById("canvas"), length, run.plan.gravity);
   const [robot, traces, forces] = [new Robot(run), new Traces(run), new Forces(run)];
-  stage.world.add(ground(run), robot.group, traces.group, forces.group);
+  stage.world.add(ground(run), walls(run), robot.group, traces.group, forces.group);
   gait(document.getElementById("gait"), run);
 
   const state = new Float64Array(run.channels);

@@ -3,6 +3,7 @@
 mod heat;
 mod lines;
 mod maps;
+mod maze;
 mod paths;
 mod speeds;
 mod straightness;
@@ -14,6 +15,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 pub use maps::{Figure, draw};
+pub use maze::maze_svg;
 pub use speeds::speeds_svg;
 pub use straightness::{Straightness, straightness_svg};
 pub use turning::{TurningRun, turning_svg};

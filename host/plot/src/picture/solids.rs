@@ -87,7 +87,7 @@ fn hue(kind: ModuleKind) -> [f32; 3] {
 }
 
 /// A point of a part, given in its frame.
-fn placed(pose: &Pose, local: Vector) -> Vector {
+pub(crate) fn placed(pose: &Pose, local: Vector) -> Vector {
     let rotation = rotation(pose.orientation);
     [0, 1, 2].map(|axis| pose.position[axis] + dot(rotation[axis], local))
 }

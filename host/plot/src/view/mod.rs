@@ -9,7 +9,7 @@ mod frames;
 mod live;
 mod scene;
 #[cfg(test)]
-mod synthetic;
+pub(crate) mod synthetic;
 #[cfg(test)]
 mod tests;
 
@@ -26,7 +26,7 @@ const TEMPLATE: &str = include_str!("../../assets/view/page.html");
 const STYLE: &str = include_str!("../../assets/view/style.css");
 const THREE_LICENCE: &str = include_str!("../../assets/three/LICENSE");
 /// What the scripts import each other by.
-const SCRIPTS: [(&str, &str); 15] = [
+const SCRIPTS: [(&str, &str); 16] = [
     ("three", include_str!("../../assets/three/three.min.js")),
     ("view/main", include_str!("../../assets/view/main.js")),
     ("view/body", include_str!("../../assets/view/body.js")),
@@ -36,6 +36,7 @@ const SCRIPTS: [(&str, &str); 15] = [
     ("view/stage", include_str!("../../assets/view/stage.js")),
     ("view/theme", include_str!("../../assets/view/theme.js")),
     ("view/ground", include_str!("../../assets/view/ground.js")),
+    ("view/walls", include_str!("../../assets/view/walls.js")),
     ("view/robot", include_str!("../../assets/view/robot.js")),
     ("view/backbone", include_str!("../../assets/view/backbone.js")),
     ("view/traces", include_str!("../../assets/view/traces.js")),

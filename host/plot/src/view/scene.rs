@@ -49,11 +49,13 @@ pub(super) fn plan(plan: &Plan) -> Value {
             "patches": contact.patches,
         })
     });
+    let walls: Vec<_> = plan.walls.iter().map(|wall| [wall.from[0], wall.from[1], wall.to[0], wall.to[1]]).collect();
     json!({
         "modules": modules,
         "backbones": backbones,
         "eccentric": eccentric,
         "contact": contact,
+        "walls": walls,
         "clamped": plan.clamped,
         "gravity": plan.gravity,
         "mass": plan.mass(),

@@ -1,6 +1,8 @@
 //! `scram learn`
 
+mod maze;
 mod straight;
+mod terrain;
 mod turn;
 
 use std::path::Path;
@@ -19,6 +21,8 @@ use super::{Common, Done};
 pub enum Learn {
     Turn(turn::TurnCommand),
     Straight(straight::StraightCommand),
+    Maze(maze::MazeCommand),
+    Terrain(terrain::TerrainCommand),
 }
 
 impl Learn {
@@ -26,6 +30,8 @@ impl Learn {
         match self {
             Self::Turn(command) => command.run(),
             Self::Straight(command) => command.run(),
+            Self::Maze(command) => command.run(),
+            Self::Terrain(command) => command.run(),
         }
     }
 }

@@ -31,7 +31,7 @@ const STARTS: usize = 16;
 /// The robot acts every Δt by one of ten frequencies; the reward is the thesis's (5.5). All numbers are in a learning file; without one they
 /// are the thesis's, and where it is silent chosen ones. Writes the policy, what it does step by step as a gait that a robot plays, the learning curve, the learning file and a picture into a directory of
 /// its own, out/learn-0001 and so on, and says how fast the robot turns and how far it drifts, beside the best constant frequency and
-/// the best alternation of two and the best oscillation by ±100°. Stopped, it goes on with --resume.
+/// the best alternation of two, the best oscillation by ±100°, and the oscillation that walks on the smallest circle. Stopped, it goes on with --resume.
 #[derive(Args)]
 #[command(mut_arg("out", |arg| arg.default_value(LEARNED.numbered)))]
 #[command(after_help = "Examples:\n  \
@@ -243,15 +243,16 @@ fn words(progress: &Progress) -> String {
 }
 
 fn shown(rows: &[Row]) -> String {
-    let header = ["gait", "episodes", "return", "turning / °/s", "drift / mm a turn", "farthest / mm"];
+    let header = ["gait", "episodes", "return", "turning / °/s", "drift / mm a turn", "circle / mm", "farthest / mm"];
     let nominal = |row: &Row| {
-        let Judged { sum_of_rewards, rate_deg_per_s, drift_mm_per_turn, farthest_mm, .. } = row.nominal;
+        let Judged { sum_of_rewards, rate_deg_per_s, drift_mm_per_turn, radius_mm, farthest_mm, .. } = row.nominal;
         vec![
             row.contender.name.clone(),
             row.contender.tried.to_string(),
             format!("{sum_of_rewards:.2}"),
             format!("{rate_deg_per_s:.2}"),
             drift(drift_mm_per_turn),
+            drift(radius_mm),
             format!("{farthest_mm:.1}"),
         ]
     };

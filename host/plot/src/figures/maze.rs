@@ -1,0 +1,124 @@
+//! A robot on its way through a maze, in frames as the thesis's Fig. 5.5.
+
+use hal_sim::body::{Plan, Snapshot, Track};
+use plotters::prelude::*;
+
+use super::{Area, Drawn, FigureError, INK, font, sheet};
+use crate::picture::placed;
+
+const TRAIL: RGBColor = RGBColor(33, 102, 172);
+const MODULE: RGBColor = RGBColor(150, 158, 170);
+const FIRST_MODULE: RGBColor = RGBColor(214, 96, 20);
+/// Frames beside one another.
+const ACROSS: usize = 3;
+/// Longer side of a maze, pixels.
+const SIDE: f64 = 300.0;
+/// Round each frame, pixels.
+const MARGIN: i32 = 16;
+/// Over each frame, pixels.
+const HEAD: i32 = 26;
+/// Over everything, pixels.
+const TITLE: i32 = 44;
+
+/// Draws the walls, the robot's modules (the first one, with the eccentric, orange) and its way so far, seen from above, at so many even
+/// times of a walk.
+///
+/// # Errors
+/// The drawing library refuses.
+pub fn maze_svg(title: &str, track: &Track, frames: usize) -> Result<String, FigureError> {
+    let map = Map::of(track);
+    let cell = (map.size.0 + 2 * MARGIN, map.size.1 + HEAD + MARGIN);
+    let down = frames.div_ceil(ACROSS).max(1) as i32;
+    sheet(title, ((cell.0 * ACROSS as i32) as u32, (TITLE + cell.1 * down) as u32), |root| {
+        root.draw(&Text::new(title.to_owned(), (MARGIN, 12), font(20)))?;
+        for frame in 0..frames {
+            let place = frame * track.snapshots.len().saturating_sub(1) / frames.saturating_sub(1).max(1);
+            let (column, row) = ((frame % ACROSS) as i32, (frame / ACROSS) as i32);
+            let area = root.clone().shrink((column * cell.0 + MARGIN, TITLE + row * cell.1), cell);
+            draw_frame(&area, &map, track, place)?;
+        }
+        Ok(())
+    })
+}
+
+fn draw_frame(area: &Area<'_>, map: &Map, track: &Track, place: usize) -> Drawn {
+    let Some(snapshot) = track.snapshots.get(place) else { return Ok(()) };
+    area.draw(&Text::new(format!("{:.0} s", snapshot.time_s), (0, 4), font(15)))?;
+    let mut trail: Vec<_> = track.snapshots[..=place].iter().map(|snapshot| map.pixel(snapshot.centroid())).collect();
+    trail.dedup();
+    area.draw(&PathElement::new(trail, TRAIL.stroke_width(1)))?;
+    for (index, outline) in outlines(&track.plan, snapshot).into_iter().enumerate() {
+        let colour = if index == 0 { FIRST_MODULE } else { MODULE };
+        let corners: Vec<_> = outline.into_iter().map(|corner| map.pixel(corner)).collect();
+        area.draw(&Polygon::new(corners.clone(), colour.filled()))?;
+        area.draw(&PathElement::new(corners.iter().chain(&corners[..1]).copied().collect::<Vec<_>>(), INK))?;
+    }
+    for wall in &track.plan.walls {
+        let ends = [wall.from, wall.to].map(|[x, y]| map.pixel([x, y, 0.0]));
+        area.draw(&PathElement::new(ends, INK.stroke_width(3)))?;
+    }
+    Ok(())
+}
+
+/// Corners of every module, seen from above, m.
+fn outlines(plan: &Plan, snapshot: &Snapshot) -> Vec<[[f64; 3]; 4]> {
+    let outline = |(pose, module): (&_, &hal_sim::body::plan::Module)| {
+        let [x, y, _] = module.size.map(|side| 0.5 * side);
+        [[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]].map(|corner| placed(pose, corner))
+    };
+    snapshot.modules.iter().zip(&plan.modules).map(outline).collect()
+}
+
+/// From metres to a frame's pixels.
+struct Map {
+    low: [f64; 2],
+    high: [f64; 2],
+    pixels_per_m: f64,
+    size: (i32, i32),
+}
+
+impl Map {
+    /// All walls are in it, and the whole way.
+    fn of(track: &Track) -> Self {
+        let walls = track.plan.walls.iter().flat_map(|wall| [wall.from, wall.to]);
+        let way = track.snapshots.iter().map(|snapshot| snapshot.centroid()).map(|[x, y, _]| [x, y]);
+        let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let (low, high) = walls.chain(way).fold(start, |(low, high), point| {
+            ([0, 1].map(|axis| point[axis].min(low[axis])), [0, 1].map(|axis| point[axis].max(high[axis])))
+        });
+        let extent = [0, 1].map(|axis| (high[axis] - low[axis]).max(1e-3));
+        let pixels_per_m = SIDE / extent[0].max(extent[1]);
+        let pixels = |extent: f64| (extent * pixels_per_m).ceil() as i32;
+        Self { low, high, pixels_per_m, size: (pixels(extent[0]), pixels(extent[1])) }
+    }
+
+    fn pixel(&self, [x, y, _]: [f64; 3]) -> (i32, i32) {
+        let pixels = |length: f64| (length * self.pixels_per_m).round() as i32;
+        (pixels(x - self.low[0]), HEAD + pixels(self.high[1] - y))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hal_sim::body::Wall;
+
+    use super::*;
+    use crate::view::synthetic;
+
+    #[test]
+    fn every_frame_has_its_time_its_walls_and_its_modules() {
+        let robot = robot_file::Robot::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robot.toml").as_ref()).unwrap();
+        let plan = Plan::new(&robot).unwrap();
+        let walls = vec![Wall { from: [-0.3, -0.2], to: [0.5, -0.2] }, Wall { from: [0.5, -0.2], to: [0.5, 0.2] }];
+        let track = synthetic::track(&Plan { walls, ..plan }, 8.0, 0.1);
+        let drawn = maze_svg("a maze", &track, 9).unwrap();
+        let document = roxmltree::Document::parse(&drawn).unwrap();
+        let count = |tag: &str| document.descendants().filter(|node| node.has_tag_name(tag)).count();
+        let texts: Vec<&str> =
+            document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect();
+        for words in ["a maze", "0 s", "4 s", "8 s"] {
+            assert!(texts.iter().any(|text| text.trim() == words), "{words}: {texts:?}");
+        }
+        assert_eq!(count("polygon"), 9 * track.plan.modules.len());
+    }
+}
