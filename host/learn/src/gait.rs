@@ -88,10 +88,8 @@ impl Gait {
                 }
             }
             Self::Pursuit { actions: [left, right], lookahead, way } => {
-                let [x, y, heading, ..] = seen.observation.iter().copied().map(f64::from).collect::<Vec<_>>()[..]
-                else {
-                    return *left;
-                };
+                let &[x, y, heading, ..] = seen.observation else { return *left };
+                let [x, y, heading] = [x, y, heading].map(f64::from);
                 let [ahead_x, ahead_y] = way.ahead([x, y], *lookahead);
                 let off = wrap(heading - (ahead_y - y).atan2(ahead_x - x));
                 if off > 0.0 { *right } else { *left }
@@ -158,8 +156,7 @@ impl Played {
     pub fn stands(&self, interval_s: f64) -> bool {
         let long = (STANDING_S / interval_s).round() as usize;
         let Some(place) = self.path.len().checked_sub(long + 1) else { return false };
-        let (before, now) = (self.path[place], self.path[self.path.len() - 1]);
-        (now.x - before.x).hypot(now.y - before.y) < STANDING_M
+        apart(&self.path[place], &self.path[self.path.len() - 1]) < STANDING_M
     }
 
     /// Length of the path, m: through places half a second apart, within which the shaft turns a few times, whose to and fro is no way.
@@ -168,7 +165,7 @@ impl Played {
         let interval_s = self.seconds / (self.path.len().max(2) - 1) as f64;
         let every = (ALONG_S / interval_s).round().max(1.0) as usize;
         let places: Vec<&Pose> = self.path.iter().step_by(every).collect();
-        places.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y)).sum()
+        places.windows(2).map(|pair| apart(pair[0], pair[1])).sum()
     }
 
     /// Radius of the circle on which the robot walks, m: the length of its path over what it turned.
@@ -184,58 +181,21 @@ impl Played {
     }
 }
 
-/// Plays an episode in every environment, environment i with gait i and seed i, to its end or until `enough` of it.
+/// Plays an episode of every seed, each with its gait, to its end or until `enough` of it: where one is over the next one begins. What an
+/// episode comes to depends on its seed and its gait alone, not on how many environments there are.
 ///
 /// # Errors
 /// The environments'.
 ///
 /// # Panics
-/// If there are not as many gaits and seeds as environments.
+/// If there are not as many gaits as seeds.
 pub fn play(
     environments: &mut Environments,
     gaits: &[Gait],
     seeds: &[u64],
     enough: &dyn Fn(&Played) -> bool,
 ) -> Result<Vec<Played>, LearnError> {
-    assert!(gaits.len() == environments.len() && seeds.len() == gaits.len(), "a gait and a seed for each environment");
-    let size = environments.definition().observation_size();
-    let mut seen = vec![0.0; size * gaits.len()];
-    for (which, seed) in seeds.iter().enumerate() {
-        environments.reset(which, Some(*seed))?;
-        environments.observe(which, &mut seen[which * size..(which + 1) * size]);
-    }
-    let begin = |which: usize| Played { path: vec![environments.pose(which)], ..Played::default() };
-    let mut played: Vec<Played> = (0..gaits.len()).map(begin).collect();
-    let mut over = vec![false; gaits.len()];
-    for step in 0..environments.definition().episode_steps() {
-        let choose = |((gait, observation), played): ((&Gait, &[f32]), &Played)| {
-            gait.choose(&Seen { step, observation, previous: played.actions.last().copied() })
-        };
-        let actions: Vec<usize> = gaits.iter().zip(seen.chunks(size)).zip(&played).map(choose).collect();
-        let stepped = environments.step(&actions)?;
-        for ((which, one), over) in played.iter_mut().enumerate().zip(&mut over).filter(|(_, over)| !**over) {
-            one.take(actions[which], stepped.rewards[which], environments.pose(which));
-            one.seconds += environments.definition().interval_s;
-            *over = stepped.terminated[which] || stepped.truncated[which] || enough(one);
-        }
-        seen = stepped.observations;
-        if over.iter().all(|over| *over) {
-            break;
-        }
-    }
-    Ok(played)
-}
-
-/// Plays an episode of every seed with one gait, each to its end or until `enough` of it: where one is over the next one begins.
-///
-/// # Errors
-/// The environments'.
-pub fn play_all(
-    environments: &mut Environments,
-    gait: &Gait,
-    seeds: &[u64],
-    enough: &dyn Fn(&Played) -> bool,
-) -> Result<Vec<Played>, LearnError> {
+    assert_eq!(gaits.len(), seeds.len(), "a gait for each seed");
     let (size, interval_s) = (environments.definition().observation_size(), environments.definition().interval_s);
     let mut seen = vec![0.0; size * environments.len()];
     let mut played: Vec<Played> = vec![Played::default(); seeds.len()];
@@ -258,7 +218,7 @@ pub fn play_all(
         let choose = |(episode, observation): (&Option<usize>, &[f32])| {
             episode.map_or(0, |episode| {
                 let actions = &played[episode].actions;
-                gait.choose(&Seen { step: actions.len(), observation, previous: actions.last().copied() })
+                gaits[episode].choose(&Seen { step: actions.len(), observation, previous: actions.last().copied() })
             })
         };
         let actions: Vec<usize> = under_way.iter().zip(seen.chunks(size)).map(choose).collect();
@@ -278,11 +238,16 @@ impl Played {
         let (start, before) = (self.path[0], self.path[self.path.len() - 1]);
         self.sum += reward;
         self.turned += wrap(pose.heading - before.heading);
-        self.drift = (pose.x - start.x).hypot(pose.y - start.y);
+        self.drift = apart(&start, &pose);
         self.farthest = self.farthest.max(self.drift);
         self.actions.push(action);
         self.path.push(pose);
     }
+}
+
+/// From one place to another, m.
+fn apart(from: &Pose, to: &Pose) -> f64 {
+    (to.x - from.x).hypot(to.y - from.y)
 }
 
 /// What makes a gait better than another.
@@ -303,10 +268,7 @@ pub fn best(
     let mut best: Vec<Option<(Gait, f64)>> = vec![None; worths.len()];
     let mut tried = 0;
     for wave in gaits.chunks(environments.len()) {
-        // The last wave is filled up with the first of its gaits.
-        let filled: Vec<Gait> =
-            (0..environments.len()).map(|i| wave[if i < wave.len() { i } else { 0 }].clone()).collect();
-        let played = play(environments, &filled, &vec![seed; filled.len()], &|_| false)?;
+        let played = play(environments, wave, &vec![seed; wave.len()], &|_| false)?;
         for (gait, played) in wave.iter().zip(played) {
             for (best, worth) in best.iter_mut().zip(worths) {
                 let worth = worth(&played);
@@ -403,8 +365,9 @@ mod tests {
             .iter()
             .flat_map(|seed| play(&mut environments(1), std::slice::from_ref(&gait), &[*seed], &enough).unwrap())
             .collect();
-        assert_eq!(play_all(&mut environments(2), &gait, &seeds, &enough).unwrap(), alone);
-        assert_eq!(play_all(&mut environments(8), &gait, &seeds, &|_| false).unwrap()[4].actions.len(), 10);
+        let gaits = vec![gait; seeds.len()];
+        assert_eq!(play(&mut environments(2), &gaits, &seeds, &enough).unwrap(), alone);
+        assert_eq!(play(&mut environments(8), &gaits, &seeds, &|_| false).unwrap()[4].actions.len(), 10);
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod network;
 mod policy;
 mod rollout;
 mod settings;
+mod sides;
 pub mod straight;
 pub mod terrain;
 #[cfg(test)]
@@ -41,5 +42,6 @@ pub use rollout::{Rollout, Worth};
 pub use settings::{
     Direction, MazeSettings, Observed, Settings, SettingsError, Straightness, TerrainSettings, Turning,
 };
+pub use sides::sides;
 pub use training::{Saved, Training};
 pub use way::Way;

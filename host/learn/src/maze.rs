@@ -3,11 +3,12 @@
 use hal_sim::body::Track;
 use serde::Serialize;
 use sweep::VariantBuilder;
-use tasks::{Definition, DriveKind, Environments, Maze, MazeRun, Part, Task, Turn};
+use tasks::{Definition, DriveKind, Environments, Maze, MazeRun, Part, Task};
 
 use super::LearnError;
 use super::gait::{self, Gait, Played};
 use super::settings::MazeSettings;
+use super::sides;
 use super::way::Way;
 
 /// First seed of the robots by which a way to go through a maze is judged.
@@ -16,16 +17,6 @@ const JUDGED_ON: u64 = 1 << 44;
 const FIRST: u64 = 1 << 45;
 /// Robots that are advanced together.
 const SIDE_BY_SIDE: usize = 32;
-/// How long a frequency is tried to see where it turns the robot, s.
-const TRIED_S: f64 = 10.0;
-/// Which robots go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Robots {
-    /// The file's, with its motor: they differ by noise and battery.
-    Nominal,
-    /// Drawn from the file's spreads.
-    Drawn,
-}
 
 /// What came of a robot in a maze.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -53,48 +44,25 @@ pub enum End {
 }
 
 impl MazeSettings {
-    /// The environments of a maze.
+    /// The environments of a maze, with robots drawn from the file's spreads.
     #[must_use]
-    pub fn definition(&self, maze: &Maze, robots: Robots) -> Definition {
+    pub fn definition(&self, maze: &Maze) -> Definition {
+        let task = Task::Maze(MazeRun::new(maze.clone()));
         let mut definition = Definition {
-            frequencies_hz: vec![self.frequency_hz, -self.frequency_hz],
-            interval_s: self.interval_s,
             episode_s: self.patience_s,
             drive: DriveKind::Motor,
-            alpha_deg: self.alpha_deg,
             parts: vec![Part::Pose],
-            ..Definition::new(Task::Maze(MazeRun::new(maze.clone())))
+            ..sides::definition(task, self.frequency_hz, self.interval_s, self.alpha_deg)
         };
-        definition.randomization.share = if robots == Robots::Drawn { self.randomize } else { 0.0 };
+        definition.randomization.share = self.randomize;
         definition
     }
-}
-
-/// The action that turns the file's robot to the left, and the one that turns it to the right.
-///
-/// # Errors
-/// The environments'.
-pub fn sides(
-    robot: &VariantBuilder,
-    settings: &MazeSettings,
-    threads: Option<usize>,
-) -> Result<[usize; 2], LearnError> {
-    let maze = Maze::figure_5_5(settings.cell_m);
-    let open = Definition {
-        task: Task::Turn(Turn::default()),
-        episode_s: TRIED_S,
-        ..settings.definition(&maze, Robots::Nominal)
-    };
-    let gaits = gait::constants(2);
-    let mut environments = Environments::with_threads(robot.clone(), open, gaits.len(), threads)?;
-    let played = gait::play(&mut environments, &gaits, &[FIRST; 2], &|_| false)?;
-    Ok(if played[0].turned >= played[1].turned { [0, 1] } else { [1, 0] })
 }
 
 /// How a robot that sees its pose goes through a maze.
 #[must_use]
 pub fn pursuit(maze: &Maze, settings: &MazeSettings, actions: [usize; 2]) -> Gait {
-    let unit = settings.definition(maze, Robots::Nominal).length_unit_m;
+    let unit = settings.definition(maze).length_unit_m;
     let start = maze.start();
     let way = maze.way().into_iter().map(|point| [0, 1].map(|axis| (point[axis] - start[axis]) / unit));
     Gait::Pursuit { actions, lookahead: settings.lookahead_m / unit, way: Way::new(way.collect()) }
@@ -111,7 +79,8 @@ pub fn first(
     gait: &Gait,
     threads: Option<usize>,
 ) -> Result<(Outcome, Played, Option<Track>), LearnError> {
-    let definition = settings.definition(maze, Robots::Nominal);
+    let mut definition = settings.definition(maze);
+    definition.randomization.share = 0.0;
     let mut environments = Environments::with_threads(robot.clone(), definition, 1, threads)?;
     environments.record(0, true);
     let enough = |played: &Played| played.stands(settings.interval_s);
@@ -133,10 +102,9 @@ pub fn judged(
 ) -> Result<Vec<Outcome>, LearnError> {
     let seeds: Vec<u64> = seeds.map(|seed| JUDGED_ON + seed).collect();
     let together = SIDE_BY_SIDE.min(seeds.len()).max(1);
-    let definition = settings.definition(maze, Robots::Drawn);
-    let mut environments = Environments::with_threads(robot.clone(), definition, together, threads)?;
+    let mut environments = Environments::with_threads(robot.clone(), settings.definition(maze), together, threads)?;
     let enough = |played: &Played| played.stands(settings.interval_s);
-    let played = gait::play_all(&mut environments, gait, &seeds, &enough)?;
+    let played = gait::play(&mut environments, &vec![gait.clone(); seeds.len()], &seeds, &enough)?;
     Ok(played.iter().map(|played| outcome(played, maze, settings)).collect())
 }
 

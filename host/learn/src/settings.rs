@@ -209,11 +209,10 @@ impl MazeSettings {
     /// # Errors
     /// The key that is out of its range, with what is expected.
     pub fn check(&self) -> Result<(), super::LearnError> {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        key("maze.frequency_hz", positive(self.frequency_hz), "a number above 0")?;
-        key("maze.lookahead_m", positive(self.lookahead_m), "a number above 0")?;
-        key("maze.patience_s", positive(self.patience_s), "a number above 0")?;
-        key("maze.cell_m", positive(self.cell_m), "a number above 0")?;
+        positive("maze.frequency_hz", self.frequency_hz)?;
+        positive("maze.lookahead_m", self.lookahead_m)?;
+        positive("maze.patience_s", self.patience_s)?;
+        positive("maze.cell_m", self.cell_m)?;
         let cells = self.size[0].saturating_mul(self.size[1]);
         key("maze.size", cells > 1 && cells <= 10_000, "two whole numbers, of 2 to 10 000 cells")
     }
@@ -269,9 +268,8 @@ impl TerrainSettings {
     /// # Errors
     /// The key that is out of its range, with what is expected.
     pub fn check(&self) -> Result<(), super::LearnError> {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        key("terrain.frequency_hz", positive(self.frequency_hz), "a number above 0")?;
-        key("terrain.lookahead_m", positive(self.lookahead_m), "a number above 0")?;
+        positive("terrain.frequency_hz", self.frequency_hz)?;
+        positive("terrain.lookahead_m", self.lookahead_m)?;
         key("terrain.begins_m", self.begins_m.is_finite(), "a number")
     }
 }
@@ -283,19 +281,22 @@ fn key(name: &'static str, is_right: bool, expected: &str) -> Result<(), super::
     Err(super::LearnError::Setting { name, expected: expected.to_owned() })
 }
 
+fn positive(name: &'static str, value: f64) -> Result<(), super::LearnError> {
+    key(name, value.is_finite() && value > 0.0, "a number above 0")
+}
+
 impl Straightness {
     /// Checks what the environments do not.
     ///
     /// # Errors
     /// The key that is out of its range, with what is expected.
     pub fn check(&self) -> Result<(), super::LearnError> {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
         key("straight.held", !self.held.is_empty() && !self.held.contains(&0), "one whole number above 0 or more")?;
         key("straight.starts", self.starts > 0, "a whole number above 0")?;
-        key("straight.frequency_hz", positive(self.frequency_hz), "a number above 0")?;
-        key("straight.lookahead_m", positive(self.lookahead_m), "a number above 0")?;
-        key("straight.distance_m", positive(self.distance_m), "a number above 0")?;
-        key("straight.patience_s", positive(self.patience_s), "a number above 0")
+        positive("straight.frequency_hz", self.frequency_hz)?;
+        positive("straight.lookahead_m", self.lookahead_m)?;
+        positive("straight.distance_m", self.distance_m)?;
+        positive("straight.patience_s", self.patience_s)
     }
 }
 

@@ -10,6 +10,7 @@ use tasks::{Definition, DriveKind, Environments, Straight, Task};
 use super::LearnError;
 use super::gait::{self, Gait, Played};
 use super::settings::Straightness;
+use super::sides::{self, BACKWARD, FORWARD};
 use super::way::Way;
 
 /// First seed of the episodes in which holding times are tried.
@@ -70,11 +71,9 @@ pub fn search(
     let seeds: Vec<u64> = (0..environments.len()).map(|i| TRIED_ON + (i % settings.starts) as u64).collect();
     let mut walked = Vec::new();
     for some in gaits.chunks(wave) {
-        // The last wave is filled up with the first of its gaits.
-        let filled = (0..wave).map(|place| &some[if place < some.len() { place } else { 0 }]);
-        let each: Vec<Gait> = filled.flat_map(|gait| std::iter::repeat_n(gait.clone(), settings.starts)).collect();
-        let played = gait::play(&mut environments, &each, &seeds, &|_| false)?;
-        walked.extend(played.chunks(settings.starts).take(some.len()).map(mean));
+        let each: Vec<Gait> = some.iter().flat_map(|gait| std::iter::repeat_n(gait.clone(), settings.starts)).collect();
+        let played = gait::play(&mut environments, &each, &seeds[..each.len()], &|_| false)?;
+        walked.extend(played.chunks(settings.starts).map(mean));
         tell(walked.len(), gaits.len());
     }
     for (walked, steps) in walked[2..].iter_mut().zip(&held) {
@@ -88,20 +87,14 @@ pub fn search(
     Ok(Found { constant: [forward, backward], alternations, front, best })
 }
 
-/// The actions of the environment that [`Straightness::definition`] describes.
-const FORWARD: usize = 0;
-const BACKWARD: usize = 1;
-
 impl Straightness {
     /// The environments that this describes: one action turns the shaft with +F, the other one with −F.
     #[must_use]
     pub fn definition(&self) -> Definition {
+        let task = Task::Straight(Straight::default());
         Definition {
-            frequencies_hz: vec![self.frequency_hz, -self.frequency_hz],
-            interval_s: self.interval_s,
             episode_s: self.episode_s,
-            alpha_deg: self.alpha_deg,
-            ..Definition::new(Task::Straight(Straight::default()))
+            ..sides::definition(task, self.frequency_hz, self.interval_s, self.alpha_deg)
         }
     }
 }
@@ -156,16 +149,15 @@ pub fn steered(
         Definition { episode_s: settings.patience_s, drive: DriveKind::Motor, ..settings.definition() };
     definition.randomization.share = 1.0;
     let lookahead = settings.lookahead_m / definition.length_unit_m;
-    let way = Way::new(vec![[0.0, 0.0], [settings.distance_m / definition.length_unit_m, 0.0]]);
     let mut environments =
         Environments::with_threads(robot.clone(), definition, SIDE_BY_SIDE.min(robots).max(1), threads)?;
-    let gait = Gait::Pursuit { actions: found.steering(), lookahead, way };
+    let gait = Gait::Pursuit { actions: found.steering(), lookahead, way: Way::along_x() };
     let seeds: Vec<u64> = (0..robots as u64).map(|i| JUDGED_ON + i).collect();
     let over = |played: &Played| {
         let there = played.path.last().is_some_and(|pose| pose.x >= settings.distance_m);
         there || played.stands(settings.interval_s)
     };
-    let played = gait::play_all(&mut environments, &gait, &seeds, &over)?;
+    let played = gait::play(&mut environments, &vec![gait; robots], &seeds, &over)?;
     Ok(played.iter().map(|played| result(played, settings)).collect())
 }
 

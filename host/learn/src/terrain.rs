@@ -1,15 +1,16 @@
 //! Over terrain: robots that follow a line by their pose, beside the same ones that only alternate (thesis 6.2 asks for it).
 
-use std::path::{MAIN_SEPARATOR, Path};
+use std::path::Path;
 
 use robot_file::edit::Document;
 use serde::Serialize;
 use sweep::VariantBuilder;
-use tasks::{Definition, DriveKind, Environments};
+use tasks::{Definition, DriveKind, Environments, Straight, Task};
 
 use super::LearnError;
 use super::gait::{self, Gait, Played};
 use super::settings::TerrainSettings;
+use super::sides;
 use super::way::Way;
 
 /// First seed of the robots.
@@ -57,8 +58,7 @@ impl Terrain {
             Self::Step(metres) => format!("[ground]\nsteps_m = [[{begins_m:?}, {metres:?}]]\n"),
             Self::Patch(share) => format!("[ground]\npatches_m = [[{begins_m:?}, {share:?}]]\n"),
         };
-        let name =
-            file.file_name().map_or_else(String::new, |name| name.to_string_lossy().replace(MAIN_SEPARATOR, "/"));
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
         let text = format!("base = {name:?}\nname = \"terrain\"\nsummary = {:?}\n{differs}", self.words());
         let document = Document::parse(&text, &file.with_file_name("terrain.toml").display().to_string())?;
         let robot = document.robot()?;
@@ -82,14 +82,14 @@ impl TerrainSettings {
         std::iter::once(Terrain::Flat).chain(kinds.into_iter().flatten()).collect()
     }
 
-    fn definition(&self) -> Definition {
+    /// The environments of a terrain, with robots drawn from the file's spreads.
+    #[must_use]
+    pub fn definition(&self) -> Definition {
+        let task = Task::Straight(Straight::default());
         let mut definition = Definition {
-            frequencies_hz: vec![self.frequency_hz, -self.frequency_hz],
-            interval_s: self.interval_s,
             episode_s: self.episode_s,
             drive: DriveKind::Motor,
-            alpha_deg: self.alpha_deg,
-            ..Definition::new(tasks::Task::Straight(tasks::Straight::default()))
+            ..sides::definition(task, self.frequency_hz, self.interval_s, self.alpha_deg)
         };
         definition.randomization.share = self.randomize;
         definition
@@ -121,19 +121,15 @@ pub fn cross(
     let definition = settings.definition();
     let unit = definition.length_unit_m;
     let gait = if by_pose {
-        let way = Way::new(vec![[0.0, 0.0], [1.0, 0.0]]);
-        Gait::Pursuit { actions, lookahead: settings.lookahead_m / unit, way }
+        Gait::Pursuit { actions, lookahead: settings.lookahead_m / unit, way: Way::along_x() }
     } else {
         Gait::Alternation { actions, steps: [1, 1] }
     };
     let seeds: Vec<u64> = (0..robots as u64).map(|i| JUDGED_ON + i).collect();
-    let mut crossed = Vec::with_capacity(robots);
-    for seeds in seeds.chunks(SIDE_BY_SIDE) {
-        let mut environments = Environments::with_threads(robot.clone(), definition.clone(), seeds.len(), threads)?;
-        let played = gait::play(&mut environments, &vec![gait.clone(); seeds.len()], seeds, &|_| false)?;
-        crossed.extend(played.iter().map(result));
-    }
-    Ok(crossed)
+    let together = SIDE_BY_SIDE.min(robots).max(1);
+    let mut environments = Environments::with_threads(robot.clone(), definition, together, threads)?;
+    let played = gait::play(&mut environments, &vec![gait; robots], &seeds, &|_| false)?;
+    Ok(played.iter().map(result).collect())
 }
 
 fn result(played: &Played) -> Crossed {

@@ -98,22 +98,20 @@ pub fn contenders(
         let tell = &mut |tried| tell(before + tried, all);
         let best = gait::best(&mut side_by_side, gaits, CHOSEN_ON, &worths, tell)?;
         before += gaits.len();
-        let contender = |gait: Gait, tried: usize| Contender {
+        let contender = |gait: Gait| Contender {
             name: gait.words(hz, definition.interval_s),
             gait,
             definition: (*definition).clone(),
-            tried,
+            tried: gaits.len(),
         };
         let [by_reward, by_circle] = <[_; 2]>::try_from(best).unwrap_or_else(|_| unreachable!("two worths"));
-        found.extend(by_reward.map(|(gait, _)| contender(gait, gaits.len())));
+        found.extend(by_reward.map(|(gait, _)| contender(gait)));
         // That of the last kind stays: where an alternation goes depends on the angle at which the shaft happens to start, an oscillation
         // looks at it.
-        tightest = by_circle
-            .filter(|(_, worth)| *worth > f64::NEG_INFINITY)
-            .map(|(gait, _)| contender(gait, gaits.len()))
-            .map(|contender| Contender { name: format!("tightest: {}", contender.name), ..contender });
+        let by_circle = by_circle.filter(|(_, worth)| *worth > f64::NEG_INFINITY);
+        tightest = by_circle.map(|(gait, _)| contender(gait));
     }
-    found.extend(tightest);
+    found.extend(tightest.map(|found| Contender { name: format!("tightest: {}", found.name), ..found }));
     Ok(found)
 }
 

@@ -18,6 +18,12 @@ impl Way {
         Self(points)
     }
 
+    /// The x axis from the start on.
+    #[must_use]
+    pub fn along_x() -> Self {
+        Self(vec![[0.0, 0.0], [1.0, 0.0]])
+    }
+
     /// The point of the way that is so far along it from where it is nearest to a point. Of two that are equally near it is the one
     /// closer to the end.
     #[must_use]

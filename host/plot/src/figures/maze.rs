@@ -1,10 +1,11 @@
 //! A robot on its way through a maze, in frames as the thesis's Fig. 5.5.
 
-use hal_sim::body::{Plan, Snapshot, Track};
+use hal_sim::body::Track;
 use plotters::prelude::*;
 
 use super::{Area, Drawn, FigureError, INK, font, sheet};
-use crate::picture::placed;
+use crate::picture::outlines;
+use crate::walk::map::corners;
 
 const TRAIL: RGBColor = RGBColor(33, 102, 172);
 const MODULE: RGBColor = RGBColor(150, 158, 170);
@@ -47,26 +48,17 @@ fn draw_frame(area: &Area<'_>, map: &Map, track: &Track, place: usize) -> Drawn 
     let mut trail: Vec<_> = track.snapshots[..=place].iter().map(|snapshot| map.pixel(snapshot.centroid())).collect();
     trail.dedup();
     area.draw(&PathElement::new(trail, TRAIL.stroke_width(1)))?;
-    for (index, outline) in outlines(&track.plan, snapshot).into_iter().enumerate() {
+    for (index, outline) in outlines(&track.plan, snapshot).enumerate() {
         let colour = if index == 0 { FIRST_MODULE } else { MODULE };
-        let corners: Vec<_> = outline.into_iter().map(|corner| map.pixel(corner)).collect();
-        area.draw(&Polygon::new(corners.clone(), colour.filled()))?;
-        area.draw(&PathElement::new(corners.iter().chain(&corners[..1]).copied().collect::<Vec<_>>(), INK))?;
+        let [a, b, c, d] = outline.map(|corner| map.pixel(corner));
+        area.draw(&Polygon::new([a, b, c, d], colour.filled()))?;
+        area.draw(&PathElement::new([a, b, c, d, a], INK))?;
     }
     for wall in &track.plan.walls {
         let ends = [wall.from, wall.to].map(|[x, y]| map.pixel([x, y, 0.0]));
         area.draw(&PathElement::new(ends, INK.stroke_width(3)))?;
     }
     Ok(())
-}
-
-/// Corners of every module, seen from above, m.
-fn outlines(plan: &Plan, snapshot: &Snapshot) -> Vec<[[f64; 3]; 4]> {
-    let outline = |(pose, module): (&_, &hal_sim::body::plan::Module)| {
-        let [x, y, _] = module.size.map(|side| 0.5 * side);
-        [[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]].map(|corner| placed(pose, corner))
-    };
-    snapshot.modules.iter().zip(&plan.modules).map(outline).collect()
 }
 
 /// From metres to a frame's pixels.
@@ -82,10 +74,7 @@ impl Map {
     fn of(track: &Track) -> Self {
         let walls = track.plan.walls.iter().flat_map(|wall| [wall.from, wall.to]);
         let way = track.snapshots.iter().map(|snapshot| snapshot.centroid()).map(|[x, y, _]| [x, y]);
-        let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let (low, high) = walls.chain(way).fold(start, |(low, high), point| {
-            ([0, 1].map(|axis| point[axis].min(low[axis])), [0, 1].map(|axis| point[axis].max(high[axis])))
-        });
+        let (low, high) = corners(walls.chain(way));
         let extent = [0, 1].map(|axis| (high[axis] - low[axis]).max(1e-3));
         let pixels_per_m = SIDE / extent[0].max(extent[1]);
         let pixels = |extent: f64| (extent * pixels_per_m).ceil() as i32;
@@ -100,7 +89,7 @@ impl Map {
 
 #[cfg(test)]
 mod tests {
-    use hal_sim::body::Wall;
+    use hal_sim::body::{Plan, Wall};
 
     use super::*;
     use crate::view::synthetic;

@@ -8,7 +8,7 @@ use hal_sim::body::{Plan, Snapshot};
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
 use camera::Camera;
-pub(crate) use solids::placed;
+pub(crate) use solids::outlines;
 use solids::{Face, faces, shadows};
 
 /// Around the robot, m: what the camera shows without walls.

@@ -27,12 +27,15 @@ pub(super) struct Face {
 
 /// What the ground does not get of the light from straight above.
 pub(super) fn shadows(plan: &Plan, snapshot: &Snapshot) -> Vec<Vec<Vector>> {
-    let module = |(pose, module): (&Pose, &hal_sim::body::plan::Module)| {
+    outlines(plan, snapshot).map(|outline| outline.map(|[x, y, _]| [x + 0.002, y + 0.003, 0.0]).to_vec()).collect()
+}
+
+/// Corners of every module, seen from above, m.
+pub(crate) fn outlines(plan: &Plan, snapshot: &Snapshot) -> impl Iterator<Item = [Vector; 4]> {
+    snapshot.modules.iter().zip(&plan.modules).map(|(pose, module)| {
         let [x, y, _] = module.size.map(|side| 0.5 * side);
-        let corners = [[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]];
-        corners.map(|corner| placed(pose, corner)).map(|[x, y, _]| [x + 0.002, y + 0.003, 0.0]).to_vec()
-    };
-    snapshot.modules.iter().zip(&plan.modules).map(module).collect()
+        [[x, y, 0.0], [-x, y, 0.0], [-x, -y, 0.0], [x, -y, 0.0]].map(|corner| placed(pose, corner))
+    })
 }
 
 /// Every face whose outside is seen.
@@ -87,7 +90,7 @@ fn hue(kind: ModuleKind) -> [f32; 3] {
 }
 
 /// A point of a part, given in its frame.
-pub(crate) fn placed(pose: &Pose, local: Vector) -> Vector {
+fn placed(pose: &Pose, local: Vector) -> Vector {
     let rotation = rotation(pose.orientation);
     [0, 1, 2].map(|axis| pose.position[axis] + dot(rotation[axis], local))
 }

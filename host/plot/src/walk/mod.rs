@@ -2,7 +2,7 @@
 
 mod feet;
 mod gait;
-mod map;
+pub(crate) mod map;
 mod path;
 
 use hal_sim::body::Track;

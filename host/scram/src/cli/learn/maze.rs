@@ -1,9 +1,9 @@
 //! `scram learn maze`
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ::learn::maze::{self, End, Outcome};
-use ::learn::{Gait, LearnError, MazeSettings};
+use ::learn::{Gait, LearnError, MazeSettings, sides};
 use clap::{Args, ValueEnum};
 use hal_sim::body::Track;
 use miette::{IntoDiagnostic, Report};
@@ -13,12 +13,11 @@ use sweep::VariantBuilder;
 use tasks::Maze;
 
 use super::super::run_directory::LEARNED;
-use super::super::{Common, Done, print, print_json, say, table, write};
-use super::{bar, robot, settings};
+use super::super::{Done, print, print_json, say, table, write};
+use super::{Options, SETTINGS, bar, written};
 
 /// What is written.
 const FOUND: &str = "maze.json";
-const SETTINGS: &str = "learn.toml";
 const PICTURE: &str = "maze.svg";
 const PAGE: &str = "maze.html";
 /// Frames of the picture, as in the thesis's.
@@ -41,20 +40,11 @@ pub struct MazeCommand {
     /// Which maze
     #[arg(long, value_enum, default_value = "figure-5.5")]
     maze: Which,
-    /// The learning file
-    #[arg(long, value_name = "FILE")]
-    settings: Option<PathBuf>,
     /// Judge on so many robots drawn from the file's spreads; of mazes drawn at random, ten in each
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     robots: usize,
-    /// Threads; all cores without
-    #[arg(long, value_name = "COUNT")]
-    threads: Option<usize>,
     #[command(flatten)]
-    common: Common,
-    /// Write over what is in --out already
-    #[arg(long)]
-    overwrite: bool,
+    options: Options,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -99,32 +89,31 @@ impl Course<'_> {
 
 impl MazeCommand {
     pub fn run(&self) -> Done {
-        LEARNED.fill(&self.common.out, self.overwrite, |out| self.go(out))?;
-        Ok(())
+        self.options.fill(|out| self.go(out))
     }
 
     fn go(&self, out: &Path) -> Result<(), Report> {
-        let settings = settings(self.settings.as_deref())?;
+        let settings = self.options.settings()?;
         settings.maze.check()?;
         write(&out.join(SETTINGS), &settings.text())?;
-        let robot = robot(&self.common)?;
-        let sides = maze::sides(&robot, &settings.maze, self.threads)?;
-        let course = Course { robot: &robot, settings: &settings.maze, sides, threads: self.threads };
+        let robot = self.options.robot()?;
+        let maze = Maze::figure_5_5(settings.maze.cell_m);
+        let sides = sides(&robot, &settings.maze.definition(&maze), self.options.threads)?;
+        let course = Course { robot: &robot, settings: &settings.maze, sides, threads: self.options.threads };
         let (output, track) = self.outcomes(&course)?;
         let mut files = vec![FOUND, SETTINGS];
         write(&out.join(FOUND), &serde_json::to_string_pretty(&output).into_diagnostic()?)?;
         if let Some(track) = track {
-            let title = format!("through a maze, {}", self.common.robot.display());
+            let title = format!("through a maze, {}", self.options.common.robot.display());
             write(&out.join(PICTURE), &maze_svg(&title, &track, FRAMES)?)?;
             write(&out.join(PAGE), &plot::view::page(&track, &title))?;
             files.extend([PICTURE, PAGE]);
         }
-        if self.common.json {
+        if self.options.common.json {
             return print_json(&output);
         }
         print(&shown(&output));
-        let files: Vec<String> = files.into_iter().map(|name| out.join(name).display().to_string()).collect();
-        print(&format!("written: {}", files.join(", ")));
+        written(out, &files);
         Ok(())
     }
 
@@ -158,7 +147,7 @@ impl MazeCommand {
             Which::Figure => vec![Maze::figure_5_5(settings.cell_m)],
             Which::Random => {
                 let count = self.robots.div_ceil(ROBOTS_PER_MAZE).max(1) as u64;
-                let drawn = |index: u64| Maze::random(settings.cell_m, columns, rows, self.common.seed + index);
+                let drawn = |index: u64| Maze::random(settings.cell_m, columns, rows, self.options.common.seed + index);
                 (0..count).map(drawn).collect()
             }
         }
@@ -168,7 +157,7 @@ impl MazeCommand {
     fn seeds(&self, maze: usize, mazes: usize) -> std::ops::Range<u64> {
         let each = if mazes == 1 { self.robots } else { ROBOTS_PER_MAZE };
         let begin = (maze * each).min(self.robots) as u64;
-        let base = self.common.seed << 20;
+        let base = self.options.common.seed << 20;
         base + begin..base + ((maze + 1) * each).min(self.robots) as u64
     }
 }

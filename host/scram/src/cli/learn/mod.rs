@@ -5,16 +5,17 @@ mod straight;
 mod terrain;
 mod turn;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ::learn::Settings;
-use clap::Subcommand;
+use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::Report;
 use robot_file::edit::Document;
 use sweep::VariantBuilder;
 
-use super::{Common, Done};
+use super::run_directory::LEARNED;
+use super::{Common, Done, print};
 
 /// Learn how to walk by trial, on the simulated robot
 #[derive(Subcommand)]
@@ -36,16 +37,49 @@ impl Learn {
     }
 }
 
-/// The learning file; without one the defaults.
-fn settings(file: Option<&Path>) -> Result<Settings, Report> {
-    Ok(file.map_or_else(|| Ok(Settings::default()), Settings::load)?)
+/// The learning file as it is written beside what came of it.
+const SETTINGS: &str = "learn.toml";
+
+/// What all of these commands can be told.
+#[derive(Args)]
+struct Options {
+    /// The learning file
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    /// Threads; all cores without
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+    #[command(flatten)]
+    common: Common,
+    /// Write over what is in --out already
+    #[arg(long)]
+    overwrite: bool,
 }
 
-/// The robot file, from which robots are drawn.
-fn robot(common: &Common) -> Result<VariantBuilder, Report> {
-    let document = Document::load(&common.robot)?;
-    let robot = document.robot()?;
-    Ok(VariantBuilder::new(document, robot)?)
+impl Options {
+    /// A directory of its own for what a command makes of the learning file.
+    fn fill(&self, make: impl FnOnce(&Path) -> Result<(), Report>) -> Done {
+        LEARNED.fill(&self.common.out, self.overwrite, make)?;
+        Ok(())
+    }
+
+    /// The learning file; without one the defaults.
+    fn settings(&self) -> Result<Settings, Report> {
+        Ok(self.settings.as_deref().map_or_else(|| Ok(Settings::default()), Settings::load)?)
+    }
+
+    /// The robot file, from which robots are drawn.
+    fn robot(&self) -> Result<VariantBuilder, Report> {
+        let document = Document::load(&self.common.robot)?;
+        let robot = document.robot()?;
+        Ok(VariantBuilder::new(document, robot)?)
+    }
+}
+
+/// Says which files were written.
+fn written(out: &Path, names: &[&str]) {
+    let files: Vec<String> = names.iter().map(|name| out.join(name).display().to_string()).collect();
+    print(&format!("written: {}", files.join(", ")));
 }
 
 fn bar(length: usize, done: usize) -> ProgressBar {

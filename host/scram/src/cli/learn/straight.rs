@@ -1,6 +1,6 @@
 //! `scram learn straight`
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ::learn::straight::{self, Found, STRAIGHT_TURNS_PER_M, Steered, Walked};
 use clap::Args;
@@ -9,12 +9,11 @@ use plot::{Straightness, straightness_svg, under_title};
 use serde::Serialize;
 
 use super::super::run_directory::LEARNED;
-use super::super::{Common, Done, print, print_json, say, table, write};
-use super::{bar, robot, settings};
+use super::super::{Done, print, print_json, say, table, write};
+use super::{Options, SETTINGS, bar, written};
 
 /// Files of a search.
 const FOUND: &str = "straight.json";
-const SETTINGS: &str = "learn.toml";
 const PICTURE: &str = "straight.svg";
 /// Rows of the table, at most: the straightest and the fastest of the front are among them.
 const ROWS: usize = 8;
@@ -33,20 +32,11 @@ const OFF_MM: f64 = 5.0;
     scram learn straight --robots 100 --settings learn.toml --robot robots/thesis.toml\n\n\
     docs/learning.md describes the learning file, the method and what is reached.")]
 pub struct StraightCommand {
-    /// The learning file
-    #[arg(long, value_name = "FILE")]
-    settings: Option<PathBuf>,
     /// Let so many robots drawn from the file's spreads steer along a line
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     robots: usize,
-    /// Threads; all cores without
-    #[arg(long, value_name = "COUNT")]
-    threads: Option<usize>,
     #[command(flatten)]
-    common: Common,
-    /// Write over what is in --out already
-    #[arg(long)]
-    overwrite: bool,
+    options: Options,
 }
 
 #[derive(Serialize)]
@@ -58,18 +48,17 @@ struct Output<'a> {
 
 impl StraightCommand {
     pub fn run(&self) -> Done {
-        LEARNED.fill(&self.common.out, self.overwrite, |out| self.search(out))?;
-        Ok(())
+        self.options.fill(|out| self.search(out))
     }
 
     fn search(&self, out: &Path) -> Result<(), Report> {
-        let settings = settings(self.settings.as_deref())?;
+        let settings = self.options.settings()?;
         settings.straight.check()?;
         write(&out.join(SETTINGS), &settings.text())?;
-        let robot = robot(&self.common)?;
+        let robot = self.options.robot()?;
         let bar = bar(0, 0);
         bar.set_message("holding times");
-        let found = straight::search(&robot, &settings.straight, self.threads, &mut |tried, all| {
+        let found = straight::search(&robot, &settings.straight, self.options.threads, &mut |tried, all| {
             bar.set_length(all as u64);
             bar.set_position(tried as u64);
         })?;
@@ -77,21 +66,20 @@ impl StraightCommand {
         let mut steered = Vec::new();
         if self.robots > 0 {
             say(&format!("{} robots steer along a line", self.robots));
-            steered = straight::steered(&robot, &settings.straight, &found, self.robots, self.threads)?;
+            steered = straight::steered(&robot, &settings.straight, &found, self.robots, self.options.threads)?;
         }
-        let title = format!("walking straight, {}", self.common.robot.display());
+        let title = format!("walking straight, {}", self.options.common.robot.display());
         write(&out.join(PICTURE), &under_title(&title, &picture(&found)?))?;
         let output = Output { frequency_hz: settings.straight.frequency_hz, found: &found, steered: &steered };
         write(&out.join(FOUND), &serde_json::to_string_pretty(&output).into_diagnostic()?)?;
-        if self.common.json {
+        if self.options.common.json {
             return print_json(&output);
         }
         print(&shown(&found, settings.straight.frequency_hz));
         if !steered.is_empty() {
             print(&steered_words(&steered, settings.straight.distance_m, settings.straight.patience_s));
         }
-        let files = [FOUND, PICTURE, SETTINGS].map(|name| out.join(name).display().to_string());
-        print(&format!("written: {}", files.join(", ")));
+        written(out, &[FOUND, PICTURE, SETTINGS]);
         Ok(())
     }
 }

@@ -1,20 +1,19 @@
 //! `scram learn terrain`
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use ::learn::sides;
 use ::learn::terrain::{self, Crossed};
-use ::learn::{MazeSettings, maze};
 use clap::Args;
 use miette::{IntoDiagnostic, Report};
 use serde::Serialize;
 
 use super::super::run_directory::LEARNED;
-use super::super::{Common, Done, print, print_json, say, table, write};
-use super::{bar, robot, settings};
+use super::super::{Done, print, print_json, say, table, write};
+use super::{Options, SETTINGS, bar, written};
 
 /// What is written.
 const FOUND: &str = "terrain.json";
-const SETTINGS: &str = "learn.toml";
 /// A robot that came less far than this has not passed what lies ahead of it, nor walked at all, mm.
 const STANDS_MM: f64 = 5.0;
 
@@ -29,20 +28,11 @@ const STANDS_MM: f64 = 5.0;
     scram learn terrain --robots 100\n\n\
     docs/learning.md describes the learning file, the method and what is reached.")]
 pub struct TerrainCommand {
-    /// The learning file
-    #[arg(long, value_name = "FILE")]
-    settings: Option<PathBuf>,
     /// Robots drawn from the file's spreads
     #[arg(long, value_name = "COUNT", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     robots: u32,
-    /// Threads; all cores without
-    #[arg(long, value_name = "COUNT")]
-    threads: Option<usize>,
     #[command(flatten)]
-    common: Common,
-    /// Write over what is in --out already
-    #[arg(long)]
-    overwrite: bool,
+    options: Options,
 }
 
 /// What came of all robots on a terrain.
@@ -55,30 +45,23 @@ struct Row {
 
 impl TerrainCommand {
     pub fn run(&self) -> Done {
-        LEARNED.fill(&self.common.out, self.overwrite, |out| self.walk(out))?;
-        Ok(())
+        self.options.fill(|out| self.walk(out))
     }
 
     fn walk(&self, out: &Path) -> Result<(), Report> {
-        let settings = settings(self.settings.as_deref())?;
+        let settings = self.options.settings()?;
         let told = &settings.terrain;
         told.check()?;
         write(&out.join(SETTINGS), &settings.text())?;
-        let like = MazeSettings {
-            frequency_hz: told.frequency_hz,
-            interval_s: told.interval_s,
-            alpha_deg: told.alpha_deg,
-            ..settings.maze.clone()
-        };
-        let sides = maze::sides(&robot(&self.common)?, &like, self.threads)?;
+        let sides = sides(&self.options.robot()?, &told.definition(), self.options.threads)?;
         let terrains = told.all();
         let bar = bar(2 * terrains.len(), 0);
         let mut rows = Vec::with_capacity(terrains.len());
         for terrain in terrains {
             bar.set_message(terrain.words());
-            let on = terrain.robot(&self.common.robot, told.begins_m)?;
+            let on = terrain.robot(&self.options.common.robot, told.begins_m)?;
             let walked = |by_pose: bool| {
-                let crossed = terrain::cross(&on, told, (sides, by_pose), self.robots as usize, self.threads);
+                let crossed = terrain::cross(&on, told, (sides, by_pose), self.robots as usize, self.options.threads);
                 bar.inc(1);
                 crossed
             };
@@ -90,12 +73,11 @@ impl TerrainCommand {
         }
         bar.finish_and_clear();
         write(&out.join(FOUND), &serde_json::to_string_pretty(&rows).into_diagnostic()?)?;
-        if self.common.json {
+        if self.options.common.json {
             return print_json(&rows);
         }
         print(&shown(&rows, told.episode_s));
-        let files = [FOUND, SETTINGS].map(|name| out.join(name).display().to_string());
-        print(&format!("written: {}", files.join(", ")));
+        written(out, &[FOUND, SETTINGS]);
         Ok(())
     }
 }

@@ -12,14 +12,13 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
 use super::super::run_directory::LEARNED;
-use super::super::{Common, Done, print, print_json, say, table, write};
-use super::{bar, robot, settings};
+use super::super::{Done, print, print_json, say, table, write};
+use super::{Options, SETTINGS, bar};
 
 /// Files of a training.
 const TRAINING: &str = "training.json";
 const POLICY: &str = "policy.json";
 const CURVE: &str = "curve.csv";
-const SETTINGS: &str = "learn.toml";
 const PICTURE: &str = "turn.svg";
 const GAIT: &str = "gait.toml";
 
@@ -43,23 +42,14 @@ pub struct TurnCommand {
     /// Which way: left is counter-clockwise seen from above
     #[arg(long, required_unless_present = "resume", conflicts_with = "resume")]
     direction: Option<Way>,
-    /// The learning file
-    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
-    settings: Option<PathBuf>,
     /// Go on in the directory of a training that was stopped
-    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings"])]
     resume: Option<PathBuf>,
     /// Judge on so many robots drawn from the file's spreads, too, with controller, motor and sensor
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     robots: usize,
-    /// Threads; all cores without
-    #[arg(long, value_name = "COUNT")]
-    threads: Option<usize>,
     #[command(flatten)]
-    common: Common,
-    /// Write over what is in --out already
-    #[arg(long)]
-    overwrite: bool,
+    options: Options,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -117,19 +107,20 @@ impl TurnCommand {
     pub fn run(&self) -> Done {
         match &self.resume {
             Some(directory) => self.go_on(directory)?,
-            None => LEARNED.fill(&self.common.out, self.overwrite, |out| self.begin(out))?,
+            None => LEARNED.fill(&self.options.common.out, self.options.overwrite, |out| self.begin(out))?,
         }
         Ok(())
     }
 
     fn begin(&self, out: &Path) -> Result<(), Report> {
-        let settings = settings(self.settings.as_deref())?;
+        let settings = self.options.settings()?;
         let direction = match self.direction {
             Some(Way::Right) => Direction::Right,
             Some(Way::Left) | None => Direction::Left,
         };
         write(&out.join(SETTINGS), &settings.text())?;
-        let training = Training::new(robot(&self.common)?, settings, direction, self.common.seed, self.threads)?;
+        let training =
+            Training::new(self.options.robot()?, settings, direction, self.options.common.seed, self.options.threads)?;
         self.train(training, out)
     }
 
@@ -139,7 +130,7 @@ impl TurnCommand {
         let saved: Saved = serde_json::from_str(&text)
             .into_diagnostic()
             .wrap_err_with(|| format!("{}: no training", path.display()))?;
-        self.train(Training::resume(robot(&self.common)?, saved, self.threads)?, directory)
+        self.train(Training::resume(self.options.robot()?, saved, self.options.threads)?, directory)
     }
 
     /// Learns to the end, keeping what it takes to go on after every update, and judges what was learned.
@@ -157,11 +148,11 @@ impl TurnCommand {
         self.save(&training, out)?;
         let rows = self.judge(&training)?;
         self.write_gait(&training, &rows, &out.join(GAIT))?;
-        let title = format!("turning {}, {}", training.direction().word(), self.common.robot.display());
+        let title = format!("turning {}, {}", training.direction().word(), self.options.common.robot.display());
         write(&out.join(PICTURE), &under_title(&title, &picture(&rows)?))?;
         let files = [POLICY, GAIT, CURVE, SETTINGS, PICTURE].map(|name| out.join(name));
         let files: Vec<PathBuf> = files.into_iter().filter(|file| file.exists()).collect();
-        if self.common.json {
+        if self.options.common.json {
             let steps = training.curve().last().map_or(0, |last| last.steps);
             let (direction, updates) = (training.direction(), training.curve().len());
             return print_json(&Output { direction, updates, steps, gaits: &rows, files: &files });
@@ -205,28 +196,33 @@ impl TurnCommand {
             }
         };
         let command = format!("scram learn turn --direction {direction} --seed {seed}");
-        gait.made_by =
-            [("robot", self.common.robot.display().to_string()), ("seed", seed.to_string()), ("command", command)]
-                .map(|(key, text)| (key.to_owned(), text))
-                .into();
+        gait.made_by = [
+            ("robot", self.options.common.robot.display().to_string()),
+            ("seed", seed.to_string()),
+            ("command", command),
+        ]
+        .map(|(key, text)| (key.to_owned(), text))
+        .into();
         Ok(gait.save(path)?)
     }
 
     /// The learned gait and the best of those that need no policy, each with its episodes on the file's robot and on drawn ones.
     fn judge(&self, training: &Training) -> Result<Vec<Row>, Report> {
         let settings = training.settings();
-        let file = robot(&self.common)?;
+        let file = self.options.robot()?;
         let bar = bar(0, 0);
         bar.set_message("gaits without a policy");
         let told = (settings, training.direction());
-        let contenders = turning::contenders(&file, told, training.policy(), self.threads, &mut |tried, all| {
-            bar.set_length(all as u64);
-            bar.set_position(tried as u64);
-        })?;
+        let contenders =
+            turning::contenders(&file, told, training.policy(), self.options.threads, &mut |tried, all| {
+                bar.set_length(all as u64);
+                bar.set_position(tried as u64);
+            })?;
         bar.finish_and_clear();
         let row = |contender: Contender| {
-            let episodes =
-                |robots: Robots, count: usize| turning::episodes(&file, &contender, robots, count, self.threads);
+            let episodes = |robots: Robots, count: usize| {
+                turning::episodes(&file, &contender, robots, count, self.options.threads)
+            };
             let judged = |played: &[Played]| turning::judged(played, &contender, settings.turn.interval_s);
             let nominal = episodes(Robots::Nominal, STARTS)?;
             let drawn = if self.robots > 0 { Some(judged(&episodes(Robots::Drawn, self.robots)?)) } else { None };
