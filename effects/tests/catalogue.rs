@@ -40,7 +40,7 @@ fn every_file_is_an_effect_of_its_name() {
 }
 
 /// Where effects are named besides their files, which of them, and why.
-const NAMED: [(&str, &[&str], &str); 13] = [
+const NAMED: [(&str, &[&str], &str); 14] = [
     ("robot-file/src/design/fill.rs", &["battery_sag"], "the firmware inverts what the supply does to a duty"),
     (
         "robot-file/src/design/mod.rs",
@@ -81,6 +81,7 @@ const NAMED: [(&str, &[&str], &str); 13] = [
         &["payload_offset", "foot_friction"],
         "what makes a robot uneven, with what is believed of it before its walk is fitted",
     ),
+    ("host/learn/src/terrain.rs", &["ground_slope"], "a slope is one of the grounds that a robot is sent over"),
     ("hal-sim/src/body/walking.rs", &["gravity_tilt"], "a body on the ground has gravity of its own"),
 ];
 
