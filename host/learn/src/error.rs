@@ -29,7 +29,11 @@ pub enum LearnError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Robot(#[from] robot_file::RobotFileError),
-    /// The robot file has no body.
+    /// The robot file has nothing that walks.
+    #[error("the robot file has no body")]
+    #[diagnostic(help("a design needs a robot file with [body], [backbone] and [eccentric]"))]
+    NoBody,
+    /// The robot file has no body, or one that cannot be built.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Axis(#[from] sweep::AxisError),

@@ -10,6 +10,7 @@
 
 mod adam;
 mod checkpoint;
+pub mod design;
 mod environment;
 mod episodes;
 mod error;
@@ -29,6 +30,7 @@ pub mod terrain;
 mod tests;
 mod training;
 pub mod turning;
+mod variant;
 mod way;
 
 pub use checkpoint::Checkpoint;
@@ -40,7 +42,7 @@ pub use learner::{Learner, Progress};
 pub use policy::Policy;
 pub use rollout::{Rollout, Worth};
 pub use settings::{
-    Direction, MazeSettings, Observed, Settings, SettingsError, Straightness, TerrainSettings, Turning,
+    DesignSettings, Direction, MazeSettings, Observed, Settings, SettingsError, Straightness, TerrainSettings, Turning,
 };
 pub use sides::sides;
 pub use training::{Saved, Training};

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use robot_file::edit::Document;
 use serde::Serialize;
 use sweep::VariantBuilder;
 use tasks::{Definition, DriveKind, Environments, Straight, Task};
@@ -11,6 +10,7 @@ use super::LearnError;
 use super::gait::{self, Gait, Played};
 use super::settings::TerrainSettings;
 use super::sides;
+use super::variant::{quantity, variant};
 use super::way::Way;
 
 /// First seed of the robots.
@@ -53,21 +53,15 @@ impl Terrain {
         let differs = match self {
             Self::Flat => String::new(),
             Self::Slope(degrees) => {
-                format!("[effects.ground_slope]\n{}{}", quantity("ahead_deg", degrees), quantity("left_deg", 0.0))
+                let [ahead, left] =
+                    [("ahead_deg", degrees), ("left_deg", 0.0)].map(|(key, value)| quantity(key, value, "terrain"));
+                format!("[effects.ground_slope]\n{ahead}{left}")
             }
             Self::Step(metres) => format!("[ground]\nsteps_m = [[{begins_m:?}, {metres:?}]]\n"),
             Self::Patch(share) => format!("[ground]\npatches_m = [[{begins_m:?}, {share:?}]]\n"),
         };
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let text = format!("base = {name:?}\nname = \"terrain\"\nsummary = {:?}\n{differs}", self.words());
-        let document = Document::parse(&text, &file.with_file_name("terrain.toml").display().to_string())?;
-        let robot = document.robot()?;
-        Ok(VariantBuilder::new(document, robot)?)
+        variant(file, ["terrain", &self.words()], &differs)
     }
-}
-
-fn quantity(key: &str, value: f64) -> String {
-    format!("{key} = {{ value = {value:?}, low = {value:?}, high = {value:?}, source = \"chosen: terrain\" }}\n")
 }
 
 impl TerrainSettings {

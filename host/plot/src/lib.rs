@@ -35,7 +35,9 @@ mod title;
 pub mod view;
 mod walk;
 
-pub use figures::{Straightness, TurningRun, maze_svg, speeds_svg, straightness_svg, turning_svg};
+pub use figures::{
+    DesignDot, Straightness, TurningRun, designs_svg, maze_svg, speeds_svg, straightness_svg, turning_svg,
+};
 pub use oscillation::oscillation_svg;
 pub use panel::{Band, Line, Panel, PlotError, Size, render, render_under};
 pub use picture::picture;

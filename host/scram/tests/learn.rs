@@ -14,7 +14,8 @@ use serde_json::Value;
 const SHORT: &str = "[turn]\nepisode_s = 0.4\nenvironments = 4\nupdates = 3\n[ppo]\nsteps = 40\nbatch_size = 20\nepochs = 2\n\
                      [straight]\nheld = [1, 3]\nepisode_s = 0.6\nstarts = 2\npatience_s = 0.5\n\
                      [maze]\npatience_s = 1.0\n\
-                     [terrain]\nslopes_deg = [5.0]\nsteps_m = [0.001]\npatches = [0.5]\nepisode_s = 0.4\n";
+                     [terrain]\nslopes_deg = [5.0]\nsteps_m = [0.001]\npatches = [0.5]\nepisode_s = 0.4\n\
+                     [design]\ndesigns = 3\nupdates = 1\nheld = [1]\nepisode_s = 0.4\n";
 
 fn settings(directory: &Path) {
     fs::write(directory.join("learn.toml"), SHORT).unwrap();
@@ -54,8 +55,8 @@ fn a_training_that_was_killed_goes_on_to_the_same_policy() {
     let gait = robot_file::gait::GaitFile::load(&directory.path().join("whole/gait.toml")).unwrap();
     assert_eq!(
         (gait.gait().name().to_string().as_str(), gait.steps_hz().len()),
-        ("turn-right", 10),
-        "0.4 s by steps of 40 ms"
+        ("turn-right", 20),
+        "0.4 s by steps of 20 ms"
     );
 }
 
@@ -142,6 +143,27 @@ fn every_terrain_is_crossed_by_the_pose_and_without() {
 }
 
 #[test]
+fn a_search_for_designs_that_was_stopped_goes_on_to_the_same_ones() {
+    let directory = temporary();
+    settings(directory.path());
+    let words = "learn design --direction left --settings learn.toml --robot @/robot.toml --seed 2 --out whole";
+    let text = succeeds(directory.path(), words);
+    for part in ["the file's", "60, 120, 180", "3 designs", "whole/designs.svg"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let path = directory.path().join("whole/designs.json");
+    let whole = read(&path);
+    let mut saved: Value = serde_json::from_slice(&whole).unwrap();
+    let tried = saved["tried"].as_array_mut().unwrap();
+    assert_eq!(tried.len(), 3);
+    tried.truncate(1);
+    fs::write(&path, saved.to_string()).unwrap();
+    succeeds(directory.path(), "learn design --resume whole --robot @/robot.toml");
+    assert!(read(&path) == whole, "other designs");
+    refuses(directory.path(), "learn design --resume whole --robot @/robots/thesis.toml", 1, &["scram-thesis"]);
+}
+
+#[test]
 fn what_is_wrong_is_named_with_its_place() {
     let directory = temporary();
     let wrong = |text: &str, words: &str, says: &[&str]| {
@@ -152,6 +174,7 @@ fn what_is_wrong_is_named_with_its_place() {
     wrong("[ppo]\nsteps = 7\n", "turn --direction left", &["steps: expected a multiple of 16"]);
     wrong("[maze]\nsize = [1, 1]\n", "maze", &["maze.size: expected two whole numbers"]);
     wrong("[terrain]\nslopes_deg = [80.0]\n", "terrain", &["ahead_deg", "60"]);
+    wrong("[design]\nmodules = [5, 3]\n", "design --direction left", &["design.modules: expected"]);
     wrong("[straight]\nheld = []\n", "straight", &["straight.held: expected"]);
     wrong("[turn]\ninterval_s = 0.00015\n", "turn --direction left", &["interval_s", "whole number of steps"]);
     refuses(directory.path(), "learn turn --resume nowhere --robot @/robot.toml", 1, &["nowhere/training.json"]);

@@ -1,5 +1,6 @@
 //! Plots of a sweep as SVG: maps as in the thesis's Figs 5.1 and 5.2, paths as in Figs 3.4 and 3.5, lines.
 
+mod designs;
 mod heat;
 mod lines;
 mod maps;
@@ -14,6 +15,7 @@ use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
+pub use designs::{DesignDot, designs_svg};
 pub use maps::{Figure, draw};
 pub use maze::maze_svg;
 pub use speeds::speeds_svg;

@@ -1,5 +1,6 @@
 //! `scram learn`
 
+mod design;
 mod maze;
 mod straight;
 mod terrain;
@@ -7,11 +8,12 @@ mod turn;
 
 use std::path::{Path, PathBuf};
 
-use ::learn::Settings;
-use clap::{Args, Subcommand};
+use ::learn::{Direction, Settings};
+use clap::{Args, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use miette::Report;
+use miette::{IntoDiagnostic, Report, WrapErr};
 use robot_file::edit::Document;
+use serde::de::DeserializeOwned;
 use sweep::VariantBuilder;
 
 use super::run_directory::LEARNED;
@@ -24,6 +26,7 @@ pub enum Learn {
     Straight(straight::StraightCommand),
     Maze(maze::MazeCommand),
     Terrain(terrain::TerrainCommand),
+    Design(design::DesignCommand),
 }
 
 impl Learn {
@@ -33,6 +36,7 @@ impl Learn {
             Self::Straight(command) => command.run(),
             Self::Maze(command) => command.run(),
             Self::Terrain(command) => command.run(),
+            Self::Design(command) => command.run(),
         }
     }
 }
@@ -74,6 +78,29 @@ impl Options {
         let robot = document.robot()?;
         Ok(VariantBuilder::new(document, robot)?)
     }
+}
+
+/// Which way to turn, as it is typed.
+#[derive(Clone, Copy, ValueEnum)]
+enum Way {
+    Left,
+    Right,
+}
+
+impl From<Way> for Direction {
+    fn from(way: Way) -> Self {
+        match way {
+            Way::Left => Self::Left,
+            Way::Right => Self::Right,
+        }
+    }
+}
+
+/// Reads what a command that was stopped has left.
+fn read<T: DeserializeOwned>(path: &Path, is_none: &str) -> Result<T, Report> {
+    let text = std::fs::read_to_string(path).into_diagnostic().wrap_err_with(|| path.display().to_string())?;
+    let problem = || format!("{}: {is_none}", path.display());
+    serde_json::from_str(&text).into_diagnostic().wrap_err_with(problem)
 }
 
 /// Says which files were written.

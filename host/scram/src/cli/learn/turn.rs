@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use ::learn::turning::{self, Contender, Judged, Robots};
 use ::learn::{Direction, Gait, Played, Policy, Progress, Saved, Settings, Training};
-use clap::{Args, ValueEnum};
-use miette::{IntoDiagnostic, Report, WrapErr};
+use clap::Args;
+use miette::{IntoDiagnostic, Report};
 use plot::{TurningRun, turning_svg, under_title};
 use robot_file::gait::GaitFile;
 use serde::ser::SerializeMap;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::run_directory::LEARNED;
 use super::super::{Done, print, print_json, say, table, write};
-use super::{Options, SETTINGS, bar};
+use super::{Options, SETTINGS, Way, bar, read, written};
 
 /// Files of a training.
 const TRAINING: &str = "training.json";
@@ -35,7 +35,7 @@ const STARTS: usize = 16;
 #[command(mut_arg("out", |arg| arg.default_value(LEARNED.numbered)))]
 #[command(after_help = "Examples:\n  \
     scram learn turn --direction left\n  \
-    scram learn turn --direction right --robot robots/thesis.toml --settings learn.toml --seed 7\n  \
+    scram learn turn --direction right --settings examples/learn-turn.toml --seed 7\n  \
     scram learn turn --resume out/learn-0001\n\n\
     docs/learning.md describes the learning file, the method and what is reached.")]
 pub struct TurnCommand {
@@ -50,12 +50,6 @@ pub struct TurnCommand {
     robots: usize,
     #[command(flatten)]
     options: Options,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Way {
-    Left,
-    Right,
 }
 
 /// A gait that was judged.
@@ -89,7 +83,7 @@ struct Output<'a> {
     updates: usize,
     steps: usize,
     gaits: &'a [Row],
-    files: &'a [PathBuf],
+    files: Vec<PathBuf>,
 }
 
 /// A policy with what made it, as it is written.
@@ -114,10 +108,7 @@ impl TurnCommand {
 
     fn begin(&self, out: &Path) -> Result<(), Report> {
         let settings = self.options.settings()?;
-        let direction = match self.direction {
-            Some(Way::Right) => Direction::Right,
-            Some(Way::Left) | None => Direction::Left,
-        };
+        let direction = self.direction.map_or(Direction::Left, Direction::from);
         write(&out.join(SETTINGS), &settings.text())?;
         let training =
             Training::new(self.options.robot()?, settings, direction, self.options.common.seed, self.options.threads)?;
@@ -125,11 +116,7 @@ impl TurnCommand {
     }
 
     fn go_on(&self, directory: &Path) -> Result<(), Report> {
-        let path = directory.join(TRAINING);
-        let text = std::fs::read_to_string(&path).into_diagnostic().wrap_err_with(|| path.display().to_string())?;
-        let saved: Saved = serde_json::from_str(&text)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("{}: no training", path.display()))?;
+        let saved: Saved = read(&directory.join(TRAINING), "no training")?;
         self.train(Training::resume(self.options.robot()?, saved, self.options.threads)?, directory)
     }
 
@@ -150,18 +137,16 @@ impl TurnCommand {
         self.write_gait(&training, &rows, &out.join(GAIT))?;
         let title = format!("turning {}, {}", training.direction().word(), self.options.common.robot.display());
         write(&out.join(PICTURE), &under_title(&title, &picture(&rows)?))?;
-        let files = [POLICY, GAIT, CURVE, SETTINGS, PICTURE].map(|name| out.join(name));
-        let files: Vec<PathBuf> = files.into_iter().filter(|file| file.exists()).collect();
+        let names = [POLICY, GAIT, CURVE, SETTINGS, PICTURE].into_iter().filter(|name| out.join(name).exists());
+        let names: Vec<&str> = names.collect();
         if self.options.common.json {
             let steps = training.curve().last().map_or(0, |last| last.steps);
             let (direction, updates) = (training.direction(), training.curve().len());
-            return print_json(&Output { direction, updates, steps, gaits: &rows, files: &files });
+            let files = names.iter().map(|name| out.join(name)).collect();
+            return print_json(&Output { direction, updates, steps, gaits: &rows, files });
         }
         print(&shown(&rows));
-        print(&format!(
-            "written: {}",
-            files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ")
-        ));
+        written(out, &names);
         Ok(())
     }
 
