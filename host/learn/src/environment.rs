@@ -26,6 +26,11 @@ pub trait Environments {
     /// # Errors
     /// The environment's.
     fn step(&mut self, actions: &[usize]) -> Result<Steps, LearnError>;
+
+    /// What an episode that just ended before its time left out, each step worth `discount` times the one before; 0 where its end is no loss.
+    fn left_out(&self, _which: usize, _discount: f64) -> f64 {
+        0.0
+    }
 }
 
 impl Environments for tasks::Environments {
@@ -50,5 +55,9 @@ impl Environments for tasks::Environments {
 
     fn step(&mut self, actions: &[usize]) -> Result<Steps, LearnError> {
         Ok(self.step(actions)?)
+    }
+
+    fn left_out(&self, which: usize, discount: f64) -> f64 {
+        self.left_out(which, discount)
     }
 }

@@ -127,7 +127,7 @@ impl Gait {
 /// What an episode came to.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Played {
-    /// Sum of the rewards.
+    /// Sum of the rewards, with what a fault left out: the robot stands where its supervisor stopped it.
     pub sum: f64,
     /// How long it was, s.
     pub seconds: f64,
@@ -227,6 +227,9 @@ pub fn play(
             let one = &mut played[episode];
             one.take(actions[which], stepped.rewards[which], environments.pose(which));
             one.seconds += interval_s;
+            if stepped.terminated[which] {
+                one.sum += environments.left_out(which, 1.0);
+            }
             over[which] = stepped.terminated[which] || stepped.truncated[which] || enough(one);
         }
         seen = stepped.observations;

@@ -165,15 +165,18 @@ impl<E: Environments> Learner<E> {
         Ok((rollout, returns))
     }
 
-    /// What lies beyond the end of each episode that was cut off: it would have gone on.
+    /// What lies beyond the end of each episode: one that was cut off would have gone on, one that ended too early leaves steps out.
     fn beyond(&self, stepped: &Steps) -> Vec<f64> {
+        let discount = self.hyperparameters.discount;
         let cut = |which: usize| stepped.truncated[which] && !stepped.terminated[which];
-        if !(0..stepped.truncated.len()).any(cut) {
-            return vec![0.0; stepped.truncated.len()];
+        let left_out =
+            |which: usize| if stepped.terminated[which] { self.environments.left_out(which, discount) } else { 0.0 };
+        let environments = 0..stepped.truncated.len();
+        if !environments.clone().any(cut) {
+            return environments.map(left_out).collect();
         }
         let values = self.network.value.forward(&self.columns(&stepped.observations)).output;
-        let beyond = |which: usize| if cut(which) { self.hyperparameters.discount * values[which] } else { 0.0 };
-        (0..values.len()).map(beyond).collect()
+        environments.map(|which| if cut(which) { discount * values[which] } else { left_out(which) }).collect()
     }
 
     /// Begins new episodes where one ended; the sums of the rewards of those that did.
@@ -183,7 +186,8 @@ impl<E: Environments> Learner<E> {
         let mut returns = Vec::new();
         for which in 0..self.environments.count() {
             if stepped.terminated[which] || stepped.truncated[which] {
-                returns.push(self.episodes.sum(which));
+                let left_out = if stepped.terminated[which] { self.environments.left_out(which, 1.0) } else { 0.0 };
+                returns.push(self.episodes.sum(which) + left_out);
                 let seen = self.environments.reset(which, self.episodes.begin(which))?;
                 self.seen[which * size..(which + 1) * size].copy_from_slice(&seen);
             }

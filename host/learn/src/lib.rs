@@ -42,7 +42,8 @@ pub use learner::{Learner, Progress};
 pub use policy::Policy;
 pub use rollout::{Rollout, Worth};
 pub use settings::{
-    DesignSettings, Direction, MazeSettings, Observed, Settings, SettingsError, Straightness, TerrainSettings, Turning,
+    DesignSettings, Direction, Drive, MazeSettings, Observed, Settings, SettingsError, Straightness, TerrainSettings,
+    Turning,
 };
 pub use sides::sides;
 pub use training::{Saved, Training};

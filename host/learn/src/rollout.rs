@@ -13,7 +13,8 @@ pub struct Rollout {
     pub log_probabilities: Vec<f64>,
     /// What the value function expected before each action.
     pub values: Vec<f64>,
-    /// Rewards. One of an episode that was cut off has γ times the value of its last observation in it.
+    /// Rewards. One of an episode that was cut off has γ times the value of its last observation in it, one of an episode
+    /// that ended too early what it left out.
     pub rewards: Vec<f64>,
     /// Whether the episode ended with the step.
     pub ended: Vec<bool>,

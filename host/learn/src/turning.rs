@@ -124,7 +124,7 @@ fn tightness(played: &Played, direction: Direction) -> f64 {
 /// The robots on which a gait is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Robots {
-    /// The file's, on a shaft that follows its frequency exactly.
+    /// The file's, driven as the policy was learned.
     Nominal,
     /// Drawn from all of the file's spreads, driven by the firmware's controller and the simulated motor.
     Drawn,

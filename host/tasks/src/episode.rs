@@ -130,6 +130,19 @@ impl Episode {
         Step { reward, terminated, truncated: late && !terminated }
     }
 
+    /// What the steps that a fault left out would have come to, the robot standing where it was stopped, each worth `discount` times the one
+    /// before; 0 where no fault ended the episode.
+    pub fn left_out(&self, definition: &Definition, discount: f64) -> f64 {
+        if self.fault.is_none() || !self.pose.is_finite() {
+            return 0.0;
+        }
+        let Self { start, pose, .. } = *self;
+        let stands = Moved { start, before: pose, after: pose, interval_s: definition.interval_s };
+        let (reward, _) = definition.task.reward(&stands);
+        let left = definition.episode_steps().saturating_sub(self.steps);
+        (1..=left).rev().fold(0.0, |sum, _| discount * (reward + sum))
+    }
+
     /// Writes what is observed.
     pub fn observe(&self, definition: &Definition, to: &mut [f32]) {
         let seen = Seen {

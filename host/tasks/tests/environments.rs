@@ -175,6 +175,31 @@ fn the_motor_turns_the_way_that_the_action_says() {
 }
 
 #[test]
+fn what_a_fault_leaves_out_is_standing_where_it_happened() {
+    let turn = Turn::default();
+    let definition = Definition { drive: DriveKind::Motor, ..Definition::new(Task::Turn(turn)) };
+    let mut environments = Environments::new(robot(), definition.clone(), 1).unwrap();
+    environments.reset(0, Some(1)).unwrap();
+    let start = environments.pose(0);
+    // To and fro at the highest speed until the supervisor has enough of it.
+    let stopped =
+        (0..definition.episode_steps()).find(|step| environments.step(&[[0, 9][step % 2]]).unwrap().terminated[0]);
+    let left = definition.episode_steps() - 1 - stopped.expect("no fault");
+    assert!(left > 0, "a fault at the very end");
+    let pose = environments.pose(0);
+    let off = (pose.x - start.x).powi(2) + (pose.y - start.y).powi(2);
+    let standing = -turn.desired_rad_per_s.powi(2) * turn.k_rot - off * turn.k_pos;
+    let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-9;
+    let all = environments.left_out(0, 1.0);
+    assert!(near(all, left as f64 * standing), "{all}");
+    let discounted = environments.left_out(0, 0.9);
+    assert!(near(discounted, standing * 0.9 * (1.0 - 0.9_f64.powi(left as i32)) / 0.1), "{discounted}");
+    environments.reset(0, Some(2)).unwrap();
+    environments.step(&[9]).unwrap();
+    assert_eq!(environments.left_out(0, 1.0), 0.0);
+}
+
+#[test]
 fn a_recorded_episode_has_a_snapshot_every_5_ms() {
     let mut environments = Environments::new(robot(), turning(), 2).unwrap();
     environments.record(1, true);

@@ -9,7 +9,7 @@ mod turn;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use tasks::Part;
+use tasks::{DriveKind, Part};
 
 use super::Hyperparameters;
 
@@ -67,6 +67,25 @@ impl From<Observed> for Part {
             Observed::Pose => Self::Pose,
             Observed::Velocity => Self::Velocity,
             Observed::Shaft => Self::Shaft,
+        }
+    }
+}
+
+/// What turns the eccentric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Drive {
+    /// [`DriveKind::Exact`], the thesis's.
+    Exact,
+    /// [`DriveKind::Motor`].
+    Motor,
+}
+
+impl From<Drive> for DriveKind {
+    fn from(drive: Drive) -> Self {
+        match drive {
+            Drive::Exact => Self::Exact,
+            Drive::Motor => Self::Motor,
         }
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tasks::{Definition, Part, Task, Turn, thesis_frequencies_hz};
 
-use super::{Direction, Observed};
+use super::{Direction, Drive, Observed};
 
 /// What turning in place is (thesis 5.3.2), and how long it is learned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,8 @@ pub struct Turning {
     pub frequencies_hz: Vec<f64>,
     /// What is observed: `pose`, `velocity`, `shaft`, in this order.
     pub observe: Vec<Observed>,
+    /// What turns the eccentric: a shaft that follows its frequency exactly, or controller, motor and sensor.
+    pub drive: Drive,
     /// Δt, s.
     pub interval_s: f64,
     /// Length of an episode, s.
@@ -46,6 +48,7 @@ impl Default for Turning {
             k_pos: 10.0,
             frequencies_hz: thesis_frequencies_hz(),
             observe: vec![Observed::Pose],
+            drive: Drive::Exact,
             interval_s: 0.02,
             episode_s: definition.episode_s,
             alpha_deg: definition.alpha_deg,
@@ -68,6 +71,7 @@ impl Turning {
         let mut definition = Definition {
             frequencies_hz: self.frequencies_hz.clone(),
             parts: self.observe.iter().copied().map(Part::from).collect(),
+            drive: self.drive.into(),
             interval_s: self.interval_s,
             episode_s: self.episode_s,
             alpha_deg: self.alpha_deg,
