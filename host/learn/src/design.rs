@@ -229,20 +229,7 @@ impl DesignSettings {
 /// Of the designs those than which none both walks and turns faster, their places, the fastest walker first.
 #[must_use]
 pub fn front(tried: &[Tried]) -> Vec<usize> {
-    let mut by_speed: Vec<usize> = (0..tried.len()).collect();
-    by_speed.sort_by(|&a, &b| {
-        let (a, b) = (&tried[a], &tried[b]);
-        let speed = b.speed_mm_per_s.total_cmp(&a.speed_mm_per_s);
-        speed.then(b.turning_deg_per_s.total_cmp(&a.turning_deg_per_s))
-    });
-    let mut most = f64::NEG_INFINITY;
-    by_speed.retain(|&place| {
-        let turning = tried[place].turning_deg_per_s;
-        let more = turning > most;
-        most = most.max(turning);
-        more
-    });
-    by_speed
+    super::front::front(tried, [|one| one.speed_mm_per_s, |one| one.turning_deg_per_s])
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ pub mod design;
 mod environment;
 mod episodes;
 mod error;
+mod front;
 pub mod gait;
 mod hyperparameters;
 mod learner;

@@ -112,15 +112,7 @@ fn mean(starts: &[Played]) -> Walked {
 
 /// Of those than which none is both faster and straighter, their places, the straightest first.
 fn front(walked: &[Walked]) -> Vec<usize> {
-    let mut by_straightness: Vec<usize> = (0..walked.len()).collect();
-    by_straightness.sort_by(|&a, &b| walked[a].turns_per_m.abs().total_cmp(&walked[b].turns_per_m.abs()));
-    let mut fastest = f64::NEG_INFINITY;
-    by_straightness.retain(|&place| {
-        let faster = walked[place].speed_mm_per_s > fastest;
-        fastest = fastest.max(walked[place].speed_mm_per_s);
-        faster
-    });
-    by_straightness
+    super::front::front(walked, [|one| -one.turns_per_m.abs(), |one| one.speed_mm_per_s])
 }
 
 /// What came of a robot that steers along a line by its pose.
