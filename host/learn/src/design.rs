@@ -11,7 +11,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use robot_file::Robot;
 use serde::{Deserialize, Serialize};
-use sweep::VariantBuilder;
+use sweep::{AxisError, VariantBuilder};
 
 use super::gait::Gait;
 use super::settings::{DesignSettings, Direction, Settings, Straightness, Turning};
@@ -46,9 +46,7 @@ impl Design {
     /// # Errors
     /// The file has no body.
     pub fn of(robot: &Robot) -> Result<Self, LearnError> {
-        let (Some(body), Some(backbone)) = (&robot.body, &robot.backbone) else {
-            return Err(LearnError::NoBody);
-        };
+        let (Some(body), Some(backbone)) = (&robot.body, &robot.backbone) else { return Err(no_body()) };
         let alpha_deg = backbone.alpha_deg.value;
         let backbones = body.modules.len() - 1;
         let own = |place: usize| backbone.roll_deg.as_ref().map(|rolls| rolls[place] - (place + 1) as f64 * alpha_deg);
@@ -73,7 +71,7 @@ impl Design {
     /// # Errors
     /// The robot file cannot be read, or allows no such robot.
     pub fn robot(&self, file: &Path, base: &Robot) -> Result<VariantBuilder, LearnError> {
-        let Some(eccentric) = &base.eccentric else { return Err(LearnError::NoBody) };
+        let Some(eccentric) = &base.eccentric else { return Err(no_body()) };
         let kinds = ["actuator", "courier"].into_iter().chain(std::iter::repeat("passive"));
         let kinds: Vec<&str> = kinds.take(self.modules()).collect();
         let mut eccentric = eccentric.clone();
@@ -85,6 +83,10 @@ impl Design {
             format!("[body]\nmodules = {kinds:?}\n[backbone]\nroll_deg = {rolls:?}\n[eccentric]\n{mass}[load]\n{load}");
         variant(file, ["design", "a design that was tried"], &differs)
     }
+}
+
+fn no_body() -> LearnError {
+    AxisError::NoBody("the robot file has no body".to_owned()).into()
 }
 
 /// What a design came to.
@@ -109,6 +111,7 @@ pub struct Tried {
 pub struct Search<'a> {
     file: &'a Path,
     base: Robot,
+    own: Design,
     settings: Settings,
     direction: Direction,
     seed: u64,
@@ -127,26 +130,24 @@ impl<'a> Search<'a> {
         threads: Option<usize>,
     ) -> Result<Self, LearnError> {
         settings.design.check()?;
-        Design::of(&base)?;
-        Ok(Self { file, base, settings: settings.clone(), direction, seed, threads })
+        let own = Design::of(&base)?;
+        Ok(Self { file, base, own, settings: settings.clone(), direction, seed, threads })
     }
 
     /// The design that is to be tried after these.
-    ///
-    /// # Errors
-    /// The robot has no body.
-    pub fn next(&self, tried: &[Tried]) -> Result<Design, LearnError> {
+    #[must_use]
+    pub fn next(&self, tried: &[Tried]) -> Design {
         let told = &self.settings.design;
         if tried.is_empty() {
-            return Design::of(&self.base);
+            return self.own.clone();
         }
         let mut random = Pcg64::new(u128::from(self.seed), tried.len() as u128);
         if tried.len() <= told.designs / 2 {
-            return Ok(told.draw(&mut random));
+            return told.draw(&mut random);
         }
         let front = front(tried);
         let near = &tried[front[random.random_range(0..front.len())]].design;
-        Ok(told.draw_near(near, &mut random))
+        told.draw_near(near, &mut random)
     }
 
     /// Trains a design to turn, searches how it walks straight, and says what came of both.
@@ -287,8 +288,8 @@ mod tests {
         let search = Search::new((&path, base()), (&settings, Direction::Left), 3, None).unwrap();
         let mut all = Vec::new();
         for place in 0..told.designs {
-            let design = search.next(&all).unwrap();
-            assert_eq!(design, search.next(&all).unwrap(), "design {place}");
+            let design = search.next(&all);
+            assert_eq!(design, search.next(&all), "design {place}");
             let within = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
             assert!(within(design.alpha_deg, told.alpha_deg) && within(design.eccentric_share, told.eccentric_share));
             assert!((told.modules[0]..=told.modules[1]).contains(&design.modules()), "{design:?}");

@@ -27,7 +27,8 @@ pub trait Environments {
     /// The environment's.
     fn step(&mut self, actions: &[usize]) -> Result<Steps, LearnError>;
 
-    /// What an episode that just ended before its time left out, each step worth `discount` times the one before; 0 where its end is no loss.
+    /// What an episode that was ended before its time left out, each step worth `discount` times the one before; 0 where it goes on or its
+    /// end is no loss.
     fn left_out(&self, _which: usize, _discount: f64) -> f64 {
         0.0
     }

@@ -29,10 +29,6 @@ pub enum LearnError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Robot(#[from] robot_file::RobotFileError),
-    /// The robot file has nothing that walks.
-    #[error("the robot file has no body")]
-    #[diagnostic(help("a design needs a robot file with [body], [backbone] and [eccentric]"))]
-    NoBody,
     /// The robot file has no body, or one that cannot be built.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -48,4 +44,17 @@ pub enum LearnError {
     #[error("the checkpoint is of another training: {0}")]
     #[diagnostic(help("begin anew in another directory, or with what the checkpoint was begun with"))]
     OtherTraining(String),
+}
+
+impl LearnError {
+    /// What was begun with one robot goes on with that robot, each by its name.
+    ///
+    /// # Errors
+    /// [`Self::OtherTraining`], if they are two.
+    pub fn unless_same(begun_with: &str, file: &str) -> Result<(), Self> {
+        if begun_with == file {
+            return Ok(());
+        }
+        Err(Self::OtherTraining(format!("it is of `{begun_with}`, and the robot file of `{file}`")))
+    }
 }

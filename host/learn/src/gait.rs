@@ -2,12 +2,15 @@
 
 use common::angle::wrap;
 use serde::{Deserialize, Serialize};
-use tasks::{Environments, Pose};
+use sweep::VariantBuilder;
+use tasks::{Definition, Environments, Pose};
 
 use super::LearnError;
 use super::policy::Policy;
 use super::way::Way;
 
+/// Episodes are played so many side by side.
+pub const SIDE_BY_SIDE: usize = 32;
 /// Places of a path are so far apart, s.
 const ALONG_S: f64 = 0.5;
 /// A robot that came no farther than [`STANDING_M`] in so much time stands, s.
@@ -227,13 +230,27 @@ pub fn play(
             let one = &mut played[episode];
             one.take(actions[which], stepped.rewards[which], environments.pose(which));
             one.seconds += interval_s;
-            if stepped.terminated[which] {
-                one.sum += environments.left_out(which, 1.0);
-            }
+            one.sum += environments.left_out(which, 1.0);
             over[which] = stepped.terminated[which] || stepped.truncated[which] || enough(one);
         }
         seen = stepped.observations;
     }
+}
+
+/// Plays one gait in an episode of every seed, [`SIDE_BY_SIDE`] at a time; else as [`play`].
+///
+/// # Errors
+/// The environments'.
+pub fn play_each(
+    robot: &VariantBuilder,
+    definition: Definition,
+    (gait, seeds): (&Gait, &[u64]),
+    enough: &dyn Fn(&Played) -> bool,
+    threads: Option<usize>,
+) -> Result<Vec<Played>, LearnError> {
+    let together = SIDE_BY_SIDE.min(seeds.len()).max(1);
+    let mut environments = Environments::with_threads(robot.clone(), definition, together, threads)?;
+    play(&mut environments, &vec![gait.clone(); seeds.len()], seeds, enough)
 }
 
 impl Played {

@@ -169,8 +169,7 @@ impl<E: Environments> Learner<E> {
     fn beyond(&self, stepped: &Steps) -> Vec<f64> {
         let discount = self.hyperparameters.discount;
         let cut = |which: usize| stepped.truncated[which] && !stepped.terminated[which];
-        let left_out =
-            |which: usize| if stepped.terminated[which] { self.environments.left_out(which, discount) } else { 0.0 };
+        let left_out = |which: usize| self.environments.left_out(which, discount);
         let environments = 0..stepped.truncated.len();
         if !environments.clone().any(cut) {
             return environments.map(left_out).collect();
@@ -186,8 +185,7 @@ impl<E: Environments> Learner<E> {
         let mut returns = Vec::new();
         for which in 0..self.environments.count() {
             if stepped.terminated[which] || stepped.truncated[which] {
-                let left_out = if stepped.terminated[which] { self.environments.left_out(which, 1.0) } else { 0.0 };
-                returns.push(self.episodes.sum(which) + left_out);
+                returns.push(self.episodes.sum(which) + self.environments.left_out(which, 1.0));
                 let seen = self.environments.reset(which, self.episodes.begin(which))?;
                 self.seen[which * size..(which + 1) * size].copy_from_slice(&seen);
             }

@@ -15,8 +15,6 @@ use super::way::Way;
 const JUDGED_ON: u64 = 1 << 44;
 /// Seed of the file's robot that goes through the maze first: its actions are the script of those that see no pose.
 const FIRST: u64 = 1 << 45;
-/// Robots that are advanced together.
-const SIDE_BY_SIDE: usize = 32;
 
 /// What came of a robot in a maze.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -101,10 +99,8 @@ pub fn judged(
     threads: Option<usize>,
 ) -> Result<Vec<Outcome>, LearnError> {
     let seeds: Vec<u64> = seeds.map(|seed| JUDGED_ON + seed).collect();
-    let together = SIDE_BY_SIDE.min(seeds.len()).max(1);
-    let mut environments = Environments::with_threads(robot.clone(), settings.definition(maze), together, threads)?;
     let enough = |played: &Played| played.stands(settings.interval_s);
-    let played = gait::play(&mut environments, &vec![gait.clone(); seeds.len()], &seeds, &enough)?;
+    let played = gait::play_each(robot, settings.definition(maze), (gait, &seeds), &enough, threads)?;
     Ok(played.iter().map(|played| outcome(played, maze, settings)).collect())
 }
 

@@ -8,7 +8,7 @@ use sweep::VariantBuilder;
 use tasks::{Definition, DriveKind, Environments, Straight, Task};
 
 use super::LearnError;
-use super::gait::{self, Gait, Played};
+use super::gait::{self, Gait, Played, SIDE_BY_SIDE};
 use super::settings::Straightness;
 use super::sides::{self, BACKWARD, FORWARD};
 use super::way::Way;
@@ -17,8 +17,6 @@ use super::way::Way;
 const TRIED_ON: u64 = 1 << 42;
 /// First seed of the episodes of robots that steer by their pose.
 const JUDGED_ON: u64 = 1 << 43;
-/// Side by side, episodes of several starts for each pair of holding times.
-const SIDE_BY_SIDE: usize = 32;
 
 /// How a robot walks with a signal, in the mean over several starts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -141,15 +139,13 @@ pub fn steered(
         Definition { episode_s: settings.patience_s, drive: DriveKind::Motor, ..settings.definition() };
     definition.randomization.share = 1.0;
     let lookahead = settings.lookahead_m / definition.length_unit_m;
-    let mut environments =
-        Environments::with_threads(robot.clone(), definition, SIDE_BY_SIDE.min(robots).max(1), threads)?;
     let gait = Gait::Pursuit { actions: found.steering(), lookahead, way: Way::along_x() };
     let seeds: Vec<u64> = (0..robots as u64).map(|i| JUDGED_ON + i).collect();
     let over = |played: &Played| {
         let there = played.path.last().is_some_and(|pose| pose.x >= settings.distance_m);
         there || played.stands(settings.interval_s)
     };
-    let played = gait::play(&mut environments, &vec![gait; robots], &seeds, &over)?;
+    let played = gait::play_each(robot, definition, (&gait, &seeds), &over, threads)?;
     Ok(played.iter().map(|played| result(played, settings)).collect())
 }
 

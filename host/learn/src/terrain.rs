@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use sweep::VariantBuilder;
-use tasks::{Definition, DriveKind, Environments, Straight, Task};
+use tasks::{Definition, DriveKind, Straight, Task};
 
 use super::LearnError;
 use super::gait::{self, Gait, Played};
@@ -15,8 +15,6 @@ use super::way::Way;
 
 /// First seed of the robots.
 const JUDGED_ON: u64 = 1 << 46;
-/// Robots that are advanced together.
-const SIDE_BY_SIDE: usize = 32;
 
 /// A ground that is not the robot file's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,9 +118,7 @@ pub fn cross(
         Gait::Alternation { actions, steps: [1, 1] }
     };
     let seeds: Vec<u64> = (0..robots as u64).map(|i| JUDGED_ON + i).collect();
-    let together = SIDE_BY_SIDE.min(robots).max(1);
-    let mut environments = Environments::with_threads(robot.clone(), definition, together, threads)?;
-    let played = gait::play(&mut environments, &vec![gait; robots], &seeds, &|_| false)?;
+    let played = gait::play_each(robot, definition, (&gait, &seeds), &|_| false, threads)?;
     Ok(played.iter().map(result).collect())
 }
 

@@ -58,12 +58,7 @@ impl Training {
     /// As [`Self::new`], or it was another robot's.
     pub fn resume(robot: VariantBuilder, saved: Saved, threads: Option<usize>) -> Result<Self, LearnError> {
         let name = robot.robot().name.clone();
-        if name != saved.robot {
-            return Err(LearnError::OtherTraining(format!(
-                "it is of `{}`, and the robot file of `{name}`",
-                saved.robot
-            )));
-        }
+        LearnError::unless_same(&saved.robot, &name)?;
         let Saved { settings, direction, curve, checkpoint, .. } = saved;
         let environments = environments(robot, &settings, direction, threads)?;
         let learner = Learner::resume(environments, &checkpoint)?;

@@ -7,12 +7,10 @@ use sweep::VariantBuilder;
 use tasks::{Definition, DriveKind, Environments, Part};
 
 use super::LearnError;
-use super::gait::{self, Gait, Played};
+use super::gait::{self, Gait, Played, SIDE_BY_SIDE};
 use super::policy::Policy;
 use super::settings::{Direction, Settings};
 
-/// Gaits are tried so many side by side.
-const SIDE_BY_SIDE: usize = 32;
 /// Seed of the episode on which gaits without a policy are chosen: of the file's robot it draws the shaft's angle at the start.
 const CHOSEN_ON: u64 = 1 << 40;
 /// First seed of the episodes on which all are judged.
@@ -146,9 +144,8 @@ pub fn episodes(
         definition.drive = DriveKind::Motor;
         definition.randomization.share = 1.0;
     }
-    let mut environments = Environments::with_threads(robot.clone(), definition, count, threads)?;
     let seeds: Vec<u64> = (0..count as u64).map(|i| JUDGED_ON + i).collect();
-    gait::play(&mut environments, &vec![contender.gait.clone(); count], &seeds, &|_| false)
+    gait::play_each(robot, definition, (&contender.gait, &seeds), &|_| false, threads)
 }
 
 /// What episodes came to; the reward of a step counts for Δt of the learning file.

@@ -265,7 +265,7 @@ impl Environments {
     }
 
     /// What the rest of the episode of environment `i` would have come to, each step worth `discount` times the one before, had it not been
-    /// ended by a fault: the robot stands where its supervisor stopped it. 0 where no fault ended it. Rewards of steps do not have it in them;
+    /// ended by a fault: the robot stands where its supervisor stopped it. 0 where that did not end it. Rewards of steps do not have it in them;
     /// where every step costs, a learner without it learns to be stopped.
     #[must_use]
     pub fn left_out(&self, i: usize, discount: f64) -> f64 {

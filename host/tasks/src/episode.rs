@@ -29,6 +29,8 @@ pub(crate) struct Episode {
     pub steps: usize,
     /// What stopped it, in words.
     pub fault: Option<String>,
+    /// Whether its supervisor did: its simulation may have diverged.
+    stopped: bool,
     /// Where the centre was after every action, m.
     pub trail: Vec<[f64; 2]>,
     /// Kept for the 3D page, where asked for.
@@ -55,6 +57,7 @@ impl Episode {
             shaft_angle: 0.0,
             steps: 0,
             fault: None,
+            stopped: false,
             trail: vec![],
             track: None,
         }
@@ -99,7 +102,7 @@ impl Episode {
         let origin =
             if matches!(common.definition.task, Task::Turn(_)) { self.pose } else { common.definition.place() };
         self.start = Pose { heading: 0.0, ..origin };
-        (self.velocity, self.steps, self.fault) = ([0.0; 3], 0, None);
+        (self.velocity, self.steps, self.fault, self.stopped) = ([0.0; 3], 0, None, false);
         self.shaft_angle = group.shaft_angle(i);
         self.trail = vec![[self.pose.x, self.pose.y]];
         if let Some(track) = &mut self.track {
@@ -125,15 +128,16 @@ impl Episode {
         self.shaft_angle = group.shaft_angle(i);
         self.trail.push([after.x, after.y]);
         self.fault = group.fault(i);
+        self.stopped = self.fault.is_some();
         let (reward, reached) = definition.task.reward(&moved);
-        let terminated = reached || self.fault.is_some();
+        let terminated = reached || self.stopped;
         Step { reward, terminated, truncated: late && !terminated }
     }
 
-    /// What the steps that a fault left out would have come to, the robot standing where it was stopped, each worth `discount` times the one
-    /// before; 0 where no fault ended the episode.
+    /// What the steps that its supervisor left out would have come to, the robot standing where it was stopped, each worth `discount` times
+    /// the one before; 0 where it did not end the episode.
     pub fn left_out(&self, definition: &Definition, discount: f64) -> f64 {
-        if self.fault.is_none() || !self.pose.is_finite() {
+        if !self.stopped {
             return 0.0;
         }
         let Self { start, pose, .. } = *self;

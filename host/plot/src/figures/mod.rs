@@ -1,6 +1,7 @@
 //! Plots of a sweep as SVG: maps as in the thesis's Figs 5.1 and 5.2, paths as in Figs 3.4 and 3.5, lines.
 
 mod designs;
+mod front;
 mod heat;
 mod lines;
 mod maps;

@@ -1,9 +1,9 @@
 //! `scram learn design`
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ::learn::design::{self, Search, Tried};
-use ::learn::{Direction, Settings};
+use ::learn::{Direction, LearnError, Settings};
 use clap::Args;
 use miette::{IntoDiagnostic, Report, WrapErr};
 use plot::{DesignDot, designs_svg, under_title};
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::run_directory::LEARNED;
 use super::super::{Done, print, print_json, say, table, write};
-use super::{Options, SETTINGS, Way, bar, read, written};
+use super::{Begin, Options, SETTINGS, bar, read, written};
 
 /// What is written.
 const FOUND: &str = "designs.json";
@@ -29,12 +29,8 @@ const PICTURE: &str = "designs.svg";
     scram learn design --resume out/learn-0001\n\n\
     docs/learning.md describes the learning file, the method and what is reached.")]
 pub struct DesignCommand {
-    /// Which way the robots are to turn: left is counter-clockwise seen from above
-    #[arg(long, required_unless_present = "resume", conflicts_with = "resume")]
-    direction: Option<Way>,
-    /// Go on in the directory of a search that was stopped
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings"])]
-    resume: Option<PathBuf>,
+    #[command(flatten)]
+    begin: Begin,
     #[command(flatten)]
     options: Options,
 }
@@ -54,7 +50,7 @@ struct Saved {
 
 impl DesignCommand {
     pub fn run(&self) -> Done {
-        match &self.resume {
+        match &self.begin.resume {
             Some(directory) => self.search(read(&directory.join(FOUND), "no search for designs")?, directory)?,
             None => LEARNED.fill(&self.options.common.out, self.options.overwrite, |out| self.begin(out))?,
         }
@@ -66,7 +62,7 @@ impl DesignCommand {
         write(&out.join(SETTINGS), &settings.text())?;
         let saved = Saved {
             robot: self.options.robot()?.robot().name.clone(),
-            direction: self.direction.map_or(Direction::Left, Direction::from),
+            direction: self.begin.direction(),
             seed: self.options.common.seed,
             settings,
             tried: Vec::new(),
@@ -78,22 +74,13 @@ impl DesignCommand {
     /// Tries designs to the end, keeping all of them after each.
     fn search(&self, mut saved: Saved, out: &Path) -> Result<(), Report> {
         let robot = self.options.robot()?.robot().clone();
-        if robot.name != saved.robot {
-            let file = self.options.common.robot.display();
-            return Err(miette::miette!(
-                help = "give that robot's file with --robot",
-                "{}: the search is of `{}`, and {file} of `{}`",
-                out.join(FOUND).display(),
-                saved.robot,
-                robot.name
-            ));
-        }
+        LearnError::unless_same(&saved.robot, &robot.name)?;
         let file = &self.options.common.robot;
         let told = (&saved.settings, saved.direction);
         let search = Search::new((file, robot), told, saved.seed, self.options.threads)?;
         let bar = bar(saved.settings.design.designs, saved.tried.len());
         while saved.tried.len() < saved.settings.design.designs {
-            let design = search.next(&saved.tried)?;
+            let design = search.next(&saved.tried);
             let number = saved.tried.len() + 1;
             let tried = search.evaluate(design).wrap_err_with(|| format!("design {number}"))?;
             bar.inc(1);

@@ -96,6 +96,23 @@ impl From<Way> for Direction {
     }
 }
 
+/// How what takes long begins: anew, or where it was stopped.
+#[derive(Args)]
+struct Begin {
+    /// Which way to turn: left is counter-clockwise seen from above
+    #[arg(long, required_unless_present = "resume", conflicts_with = "resume")]
+    direction: Option<Way>,
+    /// Go on in the directory of a run that was stopped
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings"])]
+    resume: Option<PathBuf>,
+}
+
+impl Begin {
+    fn direction(&self) -> Direction {
+        self.direction.map_or(Direction::Left, Direction::from)
+    }
+}
+
 /// Reads what a command that was stopped has left.
 fn read<T: DeserializeOwned>(path: &Path, is_none: &str) -> Result<T, Report> {
     let text = std::fs::read_to_string(path).into_diagnostic().wrap_err_with(|| path.display().to_string())?;

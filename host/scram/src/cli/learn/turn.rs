@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::run_directory::LEARNED;
 use super::super::{Done, print, print_json, say, table, write};
-use super::{Options, SETTINGS, Way, bar, read, written};
+use super::{Begin, Options, SETTINGS, bar, read, written};
 
 /// Files of a training.
 const TRAINING: &str = "training.json";
@@ -39,12 +39,8 @@ const STARTS: usize = 16;
     scram learn turn --resume out/learn-0001\n\n\
     docs/learning.md describes the learning file, the method and what is reached.")]
 pub struct TurnCommand {
-    /// Which way: left is counter-clockwise seen from above
-    #[arg(long, required_unless_present = "resume", conflicts_with = "resume")]
-    direction: Option<Way>,
-    /// Go on in the directory of a training that was stopped
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings"])]
-    resume: Option<PathBuf>,
+    #[command(flatten)]
+    begin: Begin,
     /// Judge on so many robots drawn from the file's spreads, too, with controller, motor and sensor
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     robots: usize,
@@ -99,7 +95,7 @@ struct PolicyFile {
 
 impl TurnCommand {
     pub fn run(&self) -> Done {
-        match &self.resume {
+        match &self.begin.resume {
             Some(directory) => self.go_on(directory)?,
             None => LEARNED.fill(&self.options.common.out, self.options.overwrite, |out| self.begin(out))?,
         }
@@ -108,7 +104,7 @@ impl TurnCommand {
 
     fn begin(&self, out: &Path) -> Result<(), Report> {
         let settings = self.options.settings()?;
-        let direction = self.direction.map_or(Direction::Left, Direction::from);
+        let direction = self.begin.direction();
         write(&out.join(SETTINGS), &settings.text())?;
         let training =
             Training::new(self.options.robot()?, settings, direction, self.options.common.seed, self.options.threads)?;
