@@ -45,7 +45,7 @@ pub enum Command {
     },
     /// Leave the fault state; refused while its cause persists.
     ClearFault,
-    /// Play the stored gait from its first step: hold the speed of each step in turn, as `Speed` does. At its end the bridge is
+    /// Play the stored gait from its first step: hold the motion of each step in turn, as `Speed` and `Oscillate` do. At its end the bridge is
     /// off and the shaft turns out (`Coast`), unless it repeats. Given again while it plays, it goes on.
     Gait {
         /// Which one is meant ([`Gait::id`](crate::Gait::id)): refused where another one is stored.
@@ -82,9 +82,9 @@ pub enum Field {
     Duty,
     /// Magnitude of a speed of a gait.
     GaitSpeed,
-    /// Number of different speeds of a gait.
-    GaitSpeeds,
-    /// A step of a gait: index into its speeds.
+    /// The numbers of a gait's speeds and oscillations, one for each of the former and two for each of the latter.
+    GaitTable,
+    /// A step of a gait: index into its speeds and oscillations.
     GaitStep,
     /// Number of steps of a gait.
     GaitSteps,
@@ -103,8 +103,8 @@ impl core::fmt::Display for Field {
             Self::Angle => "angle",
             Self::Duty => "duty",
             Self::GaitSpeed => "|omega| of a gait's step",
-            Self::GaitSpeeds => "the number of a gait's speeds",
-            Self::GaitStep => "a gait's step, an index into its speeds,",
+            Self::GaitTable => "a gait's numbers, one a speed and two an oscillation,",
+            Self::GaitStep => "a gait's step, an index into its speeds and oscillations,",
             Self::GaitSteps => "the number of a gait's steps",
             Self::GaitInterval => "a gait's interval",
         })

@@ -19,7 +19,7 @@ use crate::command::{Command, Refusal};
 use crate::drive::{self, Drive};
 use crate::estimator::{Estimate, Estimator, GateOutcome};
 use crate::fault_detectors::{FaultDetectors, Inputs};
-use crate::gait::{Gait, GaitLabel, Sequencer};
+use crate::gait::{Gait, GaitLabel, Motion, Sequencer};
 use crate::loop_health::LoopHealth;
 use crate::oscillator::Oscillator;
 use crate::parameters::{AngleSource, BlindArcHandling, ParameterError, Parameters, Tuning};
@@ -42,7 +42,6 @@ enum Mode {
     Oscillate(Oscillator),
     Position(PositionControl),
     Duty(f32),
-    Gait(Sequencer, SpeedControl),
 }
 
 /// Every decision of the robot.
@@ -79,6 +78,8 @@ pub struct Controller {
     /// Speed of the last straight line of readings, rad/s.
     line_speed: Option<f32>,
     gait: Option<Gait>,
+    /// Where the gait is, while it is played; the mode is that of its present step.
+    sequencer: Option<Sequencer>,
     telemetry: Telemetry,
 }
 
@@ -115,6 +116,7 @@ impl Controller {
             weak_failsafe: None,
             line_speed: None,
             gait: None,
+            sequencer: None,
             telemetry: Telemetry::default(),
         })
     }
@@ -220,7 +222,8 @@ impl Controller {
             }
         } else if command != self.command || before != self.supervisor.state() {
             self.command = command;
-            self.enter(before, begins);
+            self.sequencer = begins;
+            self.enter(before);
         }
         Ok(())
     }
@@ -263,15 +266,23 @@ impl Controller {
         if age > OLDEST_US { 0.0 } else { seconds(age) }
     }
 
-    /// Sets the mode up for a new command; with the beginning of the gait that it plays, where it plays one.
-    fn enter(&mut self, before: State, begins: Option<Sequencer>) {
+    /// Sets the mode up for a new command.
+    fn enter(&mut self, before: State) {
         let slow = self.estimator.estimate().speed.abs() < self.parameters.acquisition.least_speed;
         if self.supervisor.state().is_driving() && !before.is_driving() && slow {
             // At rest no reading is trusted, nor what was known before somebody may have turned the shaft.
             self.lose_track();
         }
+        self.mode_of(self.command);
+        if before != self.supervisor.state() {
+            self.average = MovingAverage::default();
+        }
+    }
+
+    /// Sets the mode up for a command, or goes on with it where it is one of the same kind.
+    fn mode_of(&mut self, command: Command) {
         let x = self.estimator.estimate();
-        match (self.command, &mut self.mode) {
+        match (command, &mut self.mode) {
             (Command::Speed { omega }, Mode::Speed(speed)) => speed.retarget(omega),
             (Command::Position { angle }, Mode::Position(position)) => position.retarget(angle),
             (Command::Speed { omega }, mode) => *mode = Mode::Speed(SpeedControl::new(omega, &x)),
@@ -280,13 +291,8 @@ impl Controller {
                 *mode = Mode::Oscillate(Oscillator::new(from, to, style, &x));
             }
             (Command::Duty { duty }, mode) => *mode = Mode::Duty(duty),
-            (Command::Gait { .. }, mode) => {
-                *mode = begins.map_or(Mode::Off, |sequencer| Mode::Gait(sequencer, SpeedControl::new(0.0, &x)));
-            }
-            (Command::Idle | Command::Coast | Command::ClearFault, mode) => *mode = Mode::Off,
-        }
-        if before != self.supervisor.state() {
-            self.average = MovingAverage::default();
+            // A gait's first step sets it up.
+            (Command::Gait { .. } | Command::Idle | Command::Coast | Command::ClearFault, mode) => *mode = Mode::Off,
         }
     }
 
@@ -317,13 +323,14 @@ impl Controller {
         let limits = &self.parameters.supervisor;
         let (share, most) = (limits.starved_share, limits.loop_starved.limit);
         self.loop_health.advance(elapsed.seconds, self.parameters.tick, share, most);
+        // Before anything looks at the mode, as where a command came.
+        self.play(elapsed);
         let (gate, line) = self.observe(sample, &seen, elapsed);
         let (code, reading) = self.pair.watched(sample, &seen);
         let watched = Sample { angle: code, ..*sample };
         let is_driving = self.supervisor.state().is_driving();
         self.self_check.update(&self.parameters, &watched, reading, is_driving);
         self.supervise(&watched, reading, gate, line, elapsed);
-        self.play(elapsed);
         self.actuate(sample, elapsed);
         self.slow_down_alone();
         if !is_sound(&self.estimator.estimate(), self.actuation) {
@@ -335,9 +342,9 @@ impl Controller {
     }
 
     fn tuning(&self) -> Tuning {
-        match self.supervisor.state() {
-            State::Oscillate | State::Position => self.parameters.estimator.stroke,
-            _ => self.parameters.estimator.speed,
+        match self.mode {
+            Mode::Oscillate(_) | Mode::Position(_) => self.parameters.estimator.stroke,
+            Mode::Speed(_) | Mode::Duty(_) | Mode::Off => self.parameters.estimator.speed,
         }
     }
 
@@ -437,7 +444,7 @@ impl Controller {
         self.tracking = true;
         let x = self.estimator.estimate();
         match &mut self.mode {
-            Mode::Speed(speed) | Mode::Gait(_, speed) => speed.reset_phase(&x),
+            Mode::Speed(speed) => speed.reset_phase(&x),
             Mode::Oscillate(oscillator) => oscillator.reset_phase(&x),
             Mode::Position(_) | Mode::Duty(_) | Mode::Off => {}
         }
@@ -479,17 +486,26 @@ impl Controller {
         }
     }
 
-    /// The speed of the gait's present step, or the end.
+    /// Goes on with the gait: to its present step, or its end.
     fn play(&mut self, elapsed: Elapsed) {
-        let Mode::Gait(sequencer, speed) = &mut self.mode else { return };
-        match self.gait.as_ref().and_then(|gait| sequencer.advance(gait, elapsed.ticks)) {
-            Some(omega) => speed.retarget(omega),
+        if self.supervisor.state() != State::Gait {
+            return;
+        }
+        let step = self.gait.as_ref().zip(self.sequencer.as_mut());
+        match step.and_then(|(gait, sequencer)| sequencer.advance(gait, elapsed.ticks)) {
+            Some(Motion::Oscillation { from, to }) if self.oscillates(from, to) => {}
+            Some(motion) => self.mode_of(motion.command()),
             None => {
                 self.supervisor.request(Event::Coast);
                 self.command = Command::Coast;
                 self.mode = Mode::Off;
             }
         }
+    }
+
+    /// Whether it swings between two angles, rad.
+    fn oscillates(&self, from: f32, to: f32) -> bool {
+        matches!(&self.mode, Mode::Oscillate(oscillator) if oscillator.is_between(from, to))
     }
 
     fn actuate(&mut self, sample: &Sample, elapsed: Elapsed) {
@@ -505,9 +521,7 @@ impl Controller {
             self.time_without_angle = 0.0;
             return;
         }
-        if self.parameters.position.source == AngleSource::MovingAverage
-            && !matches!(self.mode, Mode::Speed(_) | Mode::Gait(..))
-        {
+        if self.parameters.position.source == AngleSource::MovingAverage && !matches!(self.mode, Mode::Speed(_)) {
             self.actuate_as_the_thesis(sample, elapsed);
             return;
         }
@@ -517,7 +531,7 @@ impl Controller {
         let time = f32::from(elapsed.ticks) * p.tick;
         self.time_without_angle = if self.tracking { 0.0 } else { self.time_without_angle + time };
         let voltage = match &mut self.mode {
-            Mode::Speed(speed) | Mode::Gait(_, speed) => {
+            Mode::Speed(speed) => {
                 speed.advance(time);
                 if self.tracking {
                     speed.voltage(p, &x, supply)
@@ -571,7 +585,7 @@ impl Controller {
             }
             // It averages by itself.
             Mode::Position(position) => position.voltage(p, reading, self.saturated, time),
-            Mode::Speed(_) | Mode::Gait(..) | Mode::Duty(_) | Mode::Off => 0.0,
+            Mode::Speed(_) | Mode::Duty(_) | Mode::Off => 0.0,
         };
         let wanted = voltage / p.bridge.rail;
         if !wanted.is_finite() {
@@ -592,7 +606,7 @@ impl Controller {
     fn report(&mut self, sample: &Sample, seen: &PairReading, reading: Reading, gate: Option<GateOutcome>) {
         let x = self.estimator.estimate();
         let (reference_angle, reference_speed) = match &self.mode {
-            Mode::Speed(speed) | Mode::Gait(_, speed) => (speed.phase(), speed.omega()),
+            Mode::Speed(speed) => (speed.phase(), speed.omega()),
             Mode::Oscillate(oscillator) => (oscillator.bound(), 0.0),
             Mode::Position(position) => (position.target(), 0.0),
             Mode::Duty(_) | Mode::Off => (x.angle, 0.0),

@@ -54,7 +54,7 @@ pub mod winding;
 pub use command::{Command, Field, Refusal, Stroke};
 pub use controller::Controller;
 pub use error::ParameterError;
-pub use gait::Gait;
+pub use gait::{Gait, Motion};
 pub use parameters::Parameters;
 pub use sample::{Actuation, AdcCode, Sample};
 pub use second_sensor::SecondSensor;

@@ -37,6 +37,12 @@ impl Oscillator {
         *self = Self::new(self.from, self.to, self.style, estimate);
     }
 
+    /// Whether it swings between exactly these two angles, rad.
+    #[must_use]
+    pub fn is_between(&self, from: f32, to: f32) -> bool {
+        self.from.to_bits() == from.to_bits() && self.to.to_bits() == to.to_bits()
+    }
+
     /// The bound that it heads for, rad.
     #[must_use]
     pub fn bound(&self) -> f32 {

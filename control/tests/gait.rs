@@ -1,14 +1,18 @@
-//! The controller plays a gait: its speeds, its end, and everything that stops it as it stops any other drive.
+//! The controller plays a gait: its speeds and oscillations, its end, and everything that stops it as it stops any other drive.
 
 use control::gait::{Name, Sequencer};
-use control::{Command, Controller, Fault, Field, Gait, Refusal, State};
+use control::{Command, Controller, Fault, Field, Gait, Motion, Refusal, State, Stroke};
 use proptest::prelude::*;
 
 mod common;
 use common::{World, parameters};
 
+fn name() -> Name {
+    Name::new("test").expect("a name")
+}
+
 fn gait(speeds: &[f32], steps: &[u8], interval_ms: u16, repeats: bool) -> Gait {
-    Gait::new(Name::new("test").expect("a name"), speeds, steps, interval_ms, repeats).expect("sound")
+    Gait::new(name(), speeds, &[], steps, interval_ms, repeats).expect("sound")
 }
 
 /// A world whose robot has the gait and plays it.
@@ -60,6 +64,32 @@ fn a_step_of_a_second_is_held_as_a_commanded_speed_is() {
         assert_eq!(world.tick(), commanded.tick(), "tick {tick}");
     }
     assert!((world.speed + 30.0).abs() < 2.0, "{}", world.speed);
+}
+
+/// Every actuation is that of the commands, given when the steps begin: what the robot swings between is not begun anew within a step.
+#[test]
+fn an_oscillation_in_a_gait_is_the_commanded_one() {
+    let [first, second] = [[-1.0, 1.5], [0.5, 3.0]];
+    let gait = Gait::new(name(), &[-44.0], &[first, second], &[1, 1, 2, 0], 500, true).expect("sound");
+    let mut world = playing(&gait);
+    let mut commanded = World::new();
+    let mut turned_back = 0;
+    let mut before = 0.0;
+    for tick in 0..6000 {
+        let oscillate = |[from, to]: [f32; 2]| Command::Oscillate { from, to, style: Stroke::BangBang };
+        let command = match tick / 500 % 4 {
+            0 | 1 => oscillate(first),
+            2 => oscillate(second),
+            _ => Command::Speed { omega: -44.0 },
+        };
+        world.controller.heartbeat(world.time_us);
+        let _ = commanded.controller.command(command, commanded.time_us);
+        assert_eq!(world.tick(), commanded.tick(), "tick {tick}");
+        assert_eq!(world.controller.state(), State::Gait);
+        turned_back += u32::from(before * world.speed < 0.0);
+        before = world.speed;
+    }
+    assert!(turned_back > 20, "it swung: {turned_back} times");
 }
 
 #[test]
@@ -182,7 +212,8 @@ fn changed_parameters_are_looked_at_again() {
 
 /// What a message on the air may hold: a good gait with some of its bytes changed.
 fn received() -> impl Strategy<Value = Gait> {
-    let good = gait(&[44.0, -44.0, 7.0], &[0, 1, 2, 1, 0], 40, false);
+    let (speeds, oscillations) = ([44.0, -44.0, 7.0], [[-1.0, 1.0], [0.5, 2.0]]);
+    let good = Gait::new(name(), &speeds, &oscillations, &[0, 1, 2, 3, 4], 40, false).expect("sound");
     let mut buffer = [0; 300];
     let bytes = postcard::to_slice(&good, &mut buffer).expect("it fits").to_vec();
     prop::collection::vec((0..bytes.len(), any::<u8>()), 0..6).prop_filter_map("a message", move |changes| {
@@ -209,8 +240,9 @@ proptest! {
             let mut sequencer = Sequencer::new(per_step);
             let whole = per_step.get() * u32::try_from(gait.steps().count()).expect("few");
             for tick in 0..whole.min(5000) {
-                let speed = sequencer.advance(&gait, 1);
-                prop_assert!(speed.is_some_and(|speed| (6.0..=75.0).contains(&speed.abs())), "tick {}: {:?}", tick, speed);
+                let motion = sequencer.advance(&gait, 1);
+                let within = |motion: Motion| motion.command().check(&p.limits).is_ok();
+                prop_assert!(motion.is_some_and(within), "tick {}: {:?}", tick, motion);
             }
         } else {
             let mut controller = Controller::new(&p).expect("valid");

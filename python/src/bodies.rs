@@ -23,6 +23,7 @@ const MAZE_SEED: u64 = 0;
 struct Given {
     task: String,
     frequencies_hz: Vec<f64>,
+    oscillations_deg: Vec<[f64; 2]>,
     interval_s: f64,
     episode_s: f64,
     drive: String,
@@ -115,6 +116,7 @@ fn definition(given: &Bound<'_, PyAny>) -> PyResult<Definition> {
     Ok(Definition {
         task: task(&all.task, given)?,
         frequencies_hz: all.frequencies_hz,
+        oscillations_deg: all.oscillations_deg,
         interval_s: all.interval_s,
         episode_s: all.episode_s,
         drive: chosen("drive", &all.drive, &DRIVES)?,
@@ -155,6 +157,7 @@ pub fn environment_defaults<'py>(py: Python<'py>, task: &str) -> PyResult<Bound<
     }
     let definition = Definition::new(task);
     values.set_item("frequencies_hz", definition.frequencies_hz)?;
+    values.set_item("oscillations_deg", definition.oscillations_deg)?;
     values.set_item("interval_s", definition.interval_s)?;
     values.set_item("episode_s", definition.episode_s)?;
     values.set_item("drive", word(&definition.drive, &DRIVES))?;

@@ -21,7 +21,7 @@ import scram  # noqa: E402
 import scram.envs  # noqa: E402
 
 NAMES = ["scram/Turn-v0", "scram/Straight-v0", "scram/Maze-v0"]
-SHORT: dict[str, Any] = {"episode_s": 0.2}
+SHORT: dict[str, Any] = {"interval_s": 0.04, "episode_s": 0.2}
 VARIED: dict[str, Any] = {"randomize": 1.0, "start_position_m": 0.01, "start_heading_rad": 0.3}
 
 

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use control::Motion;
 use robot_file::RobotFileError;
-use robot_file::gait::GaitFile;
+use robot_file::gait::{GaitFile, GaitStep};
 
 const GOOD: &str = "\
 name = \"turn-left\"
@@ -24,13 +25,43 @@ fn a_file_is_what_the_robot_plays() {
     let file = GaitFile::parse(GOOD, "turn-left.toml").expect("good");
     let gait = file.gait();
     assert_eq!((gait.name().as_str(), gait.interval_ms(), gait.repeats()), ("turn-left", 40, false));
-    assert_eq!(file.steps_hz(), [7.0, -6.5, 7.0, 8.0]);
+    assert_eq!(file.steps(), [7.0, -6.5, 7.0, 8.0].map(GaitStep::Frequency));
     assert!((file.length_s() - 0.16).abs() < 1e-12);
     assert_eq!(file.made_by["seed"], "3");
     // The same numbers as those of `freq`: hertz clockwise, as radians a second counter-clockwise.
-    let played: Vec<f32> = gait.steps().map(|index| gait.speeds()[usize::from(index)]).collect();
-    let expected = [7.0, -6.5, 7.0, 8.0].map(|hz: f64| (-std::f64::consts::TAU * hz) as f32);
-    assert_eq!(played, expected);
+    let expected = [7.0, -6.5, 7.0, 8.0].map(|hz: f64| Motion::Speed((-std::f64::consts::TAU * hz) as f32));
+    assert_eq!(played(&file), expected);
+}
+
+fn played(file: &GaitFile) -> Vec<Motion> {
+    let motions: Vec<Motion> = file.gait().motions().collect();
+    file.gait().steps().map(|index| motions[usize::from(index)]).collect()
+}
+
+#[test]
+fn a_step_may_be_an_oscillation() {
+    let steps = "steps = [\n    { hz = 7 },\n    { from_deg = -45, to_deg = 90 },\n    { hz = 7 },\n]\n";
+    let text = format!("name = \"turn\"\ninterval_s = 0.5\nrepeat = true\n{steps}");
+    let file = GaitFile::parse(&text, "turn.toml").expect("good");
+    assert_eq!(file.to_toml(), text);
+    let swing = GaitStep::Oscillation([-45.0, 90.0]);
+    assert_eq!(file, GaitFile::new("turn", 0.5, true, &[GaitStep::Frequency(7.0), swing, 7.0.into()]).expect("good"));
+    let (from, to) = ((-std::f64::consts::FRAC_PI_4) as f32, std::f64::consts::FRAC_PI_2 as f32);
+    let turn = Motion::Speed((-7.0 * std::f64::consts::TAU) as f32);
+    assert_eq!(played(&file), [turn, Motion::Oscillation { from, to }, turn]);
+    for (wrong, expected) in [
+        (text.replace("hz = 7", "hz = 7, to_deg = 3"), "g.toml:5: steps[0]: is neither a frequency nor an oscill"),
+        (text.replace("{ from_deg = -45, to_deg = 90 }", "7"), "g.toml:6: steps[1]: is neither a frequency nor"),
+        (text.replace("-45", "inf"), "g.toml:4: steps: inf is not a finite number"),
+        (format!("{text}steps_hz = [7]\n"), "g.toml:4: steps: there is `steps_hz`, too"),
+        (text.replace("steps = [", "steps = 3\nunknown = ["), "g.toml:4: steps: expected frequencies and oscillations"),
+    ] {
+        let said = refused(&wrong).to_string();
+        assert!(said.contains(expected), "{wrong}\n{said}\ninstead of {expected}");
+    }
+    let many: Vec<GaitStep> = (0..9).map(|step| GaitStep::Oscillation([f64::from(step), 90.0])).collect();
+    let said = GaitFile::new("turn", 0.5, true, &many).expect_err("too many").to_string();
+    assert!(said.contains("0 different frequencies and 9 oscillations, which count twice, at most 16 fit"), "{said}");
 }
 
 #[test]

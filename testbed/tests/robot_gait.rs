@@ -18,7 +18,7 @@ const STEPS: [u8; 5] = [0, 1, 2, 1, 0];
 const INTERVAL_MS: u16 = 400;
 
 fn gait(speeds: &[f32], repeats: bool) -> Gait {
-    Gait::new(Name::new("turn-left").expect("a name"), speeds, &STEPS, INTERVAL_MS, repeats).expect("sound")
+    Gait::new(Name::new("turn-left").expect("a name"), speeds, &[], &STEPS, INTERVAL_MS, repeats).expect("sound")
 }
 
 fn play(gait: &Gait) -> Command {

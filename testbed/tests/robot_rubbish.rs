@@ -165,7 +165,7 @@ fn orders() -> impl Strategy<Value = Request> {
 
 /// Good ones, and any that bytes on the air can make.
 fn gaits() -> impl Strategy<Value = Gait> {
-    let good = Gait::new(Name::new("any").expect("a name"), &[44.0, -44.0], &[0, 1, 0], 20, true).expect("sound");
+    let good = Gait::new(Name::new("any").expect("a name"), &[44.0, -44.0], &[], &[0, 1, 0], 20, true).expect("sound");
     let bytes = postcard::to_slice(&good, &mut [0; 300]).expect("it fits").to_vec();
     prop::collection::vec((0..bytes.len(), any::<u8>()), 0..4).prop_filter_map("a message", move |changes| {
         let mut bytes = bytes.clone();

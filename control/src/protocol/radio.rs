@@ -428,7 +428,7 @@ pub struct Counters {
 mod tests {
     use super::*;
     use crate::Actuation;
-    use crate::gait::{MOST_SPEEDS, MOST_STEPS, Name};
+    use crate::gait::{MOST_NUMBERS, MOST_STEPS, Name};
     use crate::protocol::secure::{Key, Nonce, Sealer};
 
     #[test]
@@ -498,8 +498,8 @@ mod tests {
     /// As long on the air as any.
     fn longest_gait() -> Gait {
         let name = Name::new("twelve-bytes").expect("a name");
-        let speeds = [-70.5; MOST_SPEEDS];
-        Gait::new(name, &speeds, &[15; MOST_STEPS], 2000, true).expect("sound")
+        let speeds = [-70.5; MOST_NUMBERS];
+        Gait::new(name, &speeds, &[], &[15; MOST_STEPS], 2000, true).expect("sound")
     }
 
     #[test]

@@ -123,7 +123,7 @@ pub fn parameters() -> Parameters {
 
 /// A gait that turns round every 40 ms, again and again: what the world's robot has.
 pub fn gait() -> Gait {
-    Gait::new(Name::new("to-and-fro").expect("a name"), &[44.0, -44.0], &[0, 1], 40, true).expect("sound")
+    Gait::new(Name::new("to-and-fro").expect("a name"), &[44.0, -44.0], &[], &[0, 1], 40, true).expect("sound")
 }
 
 /// Controller and shaft.

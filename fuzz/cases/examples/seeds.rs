@@ -64,7 +64,7 @@ fn uplinks() -> [Uplink; 3] {
 
 fn orders() -> [Downlink; 7] {
     let name = Name::new("to-and-fro").expect("a name");
-    let gait = Gait::new(name, &[44.0, -44.0], &[0, 1, 1], 20, true).expect("sound");
+    let gait = Gait::new(name, &[44.0, -44.0], &[[-1.0, 1.0]], &[0, 1, 2], 20, true).expect("sound");
     let give = |request| Downlink::Request(RequestFrame { number: 1, deadline_ms: 500, request });
     [
         Downlink::Heartbeat { heard_ms: Some(0) },

@@ -109,7 +109,8 @@ fn keep(flash: &mut Flash, partition: Partition, number: u8) {
 /// A gait that is like no other's number.
 fn gait_of(number: u8) -> Gait {
     let steps = [number & 1; 9];
-    Gait::new(Name::new("any").expect("a name"), &[44.0, f32::from(number)], &steps, 40, true).expect("sound")
+    Gait::new(Name::new("any").expect("a name"), &[44.0, f32::from(number)], &[[-1.0, 1.0]], &steps, 40, true)
+        .expect("sound")
 }
 
 /// A record that the library finds in order, in the lower half or the upper.

@@ -15,6 +15,9 @@ pub trait Environments {
     /// How many actions there are.
     fn actions(&self) -> usize;
 
+    /// Steps after which an episode is over at the latest.
+    fn episode_steps(&self) -> usize;
+
     /// Begins an episode of one of them; what is seen.
     ///
     /// # Errors
@@ -44,7 +47,11 @@ impl Environments for tasks::Environments {
     }
 
     fn actions(&self) -> usize {
-        self.definition().frequencies_hz.len()
+        self.definition().actions().len()
+    }
+
+    fn episode_steps(&self) -> usize {
+        self.definition().episode_steps()
     }
 
     fn reset(&mut self, which: usize, seed: u64) -> Result<Vec<f32>, LearnError> {

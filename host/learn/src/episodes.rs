@@ -49,6 +49,13 @@ impl Episodes {
         self.underway[which].sum
     }
 
+    /// Whether the first episode of an environment has come to its share of an episode's steps: half for the first of two environments, all for
+    /// the second.
+    pub fn is_first_share_over(&self, which: usize, episode_steps: usize) -> bool {
+        let Episode { number, actions, .. } = &self.underway[which];
+        *number == 1 && actions.len() * self.underway.len() >= (which + 1) * episode_steps
+    }
+
     /// How many environments there are.
     #[must_use]
     pub fn environments(&self) -> usize {

@@ -1,6 +1,9 @@
 //! Ways to choose actions, and what comes of them.
 
+use std::ops::Range;
+
 use common::angle::wrap;
+use robot_file::gait::GaitStep;
 use serde::{Deserialize, Serialize};
 use sweep::VariantBuilder;
 use tasks::{Definition, Environments, Pose};
@@ -103,16 +106,17 @@ impl Gait {
 }
 
 impl Gait {
-    /// What it is called, with the frequencies of its actions and the time between two of them.
+    /// What it is called, with what its actions are and the time between two of them.
     #[must_use]
-    pub fn words(&self, frequencies_hz: &[f64], interval_s: f64) -> String {
-        let hz = |action: usize| frequencies_hz.get(action).map_or_else(|| "?".to_owned(), ToString::to_string);
+    pub fn words(&self, known: &[GaitStep], interval_s: f64) -> String {
+        let words = |action: usize| known.get(action).map_or_else(|| "?".to_owned(), ToString::to_string);
+        let hz = |action: usize| words(action).trim_end_matches(" Hz").to_owned();
         match self {
             Self::Policy(_) => "learned".to_owned(),
-            Self::Constant(action) => format!("constant {} Hz", hz(*action)),
+            Self::Constant(action) => format!("constant {}", words(*action)),
             Self::Alternation { actions, steps } => {
                 let held =
-                    |which: usize| format!("{} Hz for {:.2} s", hz(actions[which]), steps[which] as f64 * interval_s);
+                    |which: usize| format!("{} for {:.2} s", words(actions[which]), steps[which] as f64 * interval_s);
                 format!("{}, {}", held(0), held(1))
             }
             Self::Oscillation { actions: [a, b], centre_rad, amplitude_rad } => {
@@ -120,7 +124,7 @@ impl Gait {
                 format!("{centre:.0}° ± {amplitude:.0}°, {} and {} Hz", hz(*a), hz(*b))
             }
             Self::Pursuit { actions: [left, right], .. } => {
-                format!("along a way, {} Hz to the left, {} Hz to the right", hz(*left), hz(*right))
+                format!("along a way, {} to the left, {} to the right", words(*left), words(*right))
             }
             Self::Script(_) => "as noted".to_owned(),
         }
@@ -303,10 +307,10 @@ pub fn best(
     Ok(best)
 }
 
-/// Every constant action.
+/// Every constant one of some actions.
 #[must_use]
-pub fn constants(actions: usize) -> Vec<Gait> {
-    (0..actions).map(Gait::Constant).collect()
+pub fn constants(actions: Range<usize>) -> Vec<Gait> {
+    actions.map(Gait::Constant).collect()
 }
 
 /// Oscillations by every pair of one action that turns the shaft clockwise and one that turns it back, about so many angles around the
@@ -344,7 +348,7 @@ mod tests {
             (0..7).map(|step| gait.choose(&Seen { step, observation: &[], previous: None })).collect();
         assert_eq!(chosen, [7, 7, 2, 2, 2, 7, 7]);
         assert_eq!(alternations(3, &[1, 4]).len(), 3 * 4);
-        assert_eq!(constants(10)[9].choose(&Seen { step: 5, observation: &[], previous: None }), 9);
+        assert_eq!(constants(0..10)[9].choose(&Seen { step: 5, observation: &[], previous: None }), 9);
     }
 
     #[test]
@@ -375,7 +379,7 @@ mod tests {
         let robot = document.robot().unwrap();
         let robot = sweep::VariantBuilder::new(document, robot).unwrap();
         let task = tasks::Task::Turn(tasks::Turn::default());
-        let definition = tasks::Definition { episode_s: 0.4, ..tasks::Definition::new(task) };
+        let definition = tasks::Definition { interval_s: 0.04, episode_s: 0.4, ..tasks::Definition::new(task) };
         let environments = |count: usize| Environments::new(robot.clone(), definition.clone(), count).unwrap();
         let gait = Gait::Alternation { actions: [9, 0], steps: [1, 2] };
         let seeds = [3, 9, 4, 1, 5];

@@ -16,7 +16,7 @@ use super::rollout::{Rollout, Worth};
 use super::{Hyperparameters, LearnError};
 
 /// Learns by J. Schulman and others, *Proximal policy optimization algorithms*, 2017, in the form of Stable-Baselines3: advantages are
-/// normalised in each minibatch, the value's loss is not clipped.
+/// normalised in each minibatch, the value's loss is not clipped. Beyond it, environments are kept out of step with each other.
 pub struct Learner<E> {
     pub(crate) environments: E,
     pub(crate) hyperparameters: Hyperparameters,
@@ -154,15 +154,26 @@ impl<E: Environments> Learner<E> {
             }
             rollout.observations.extend(seen.iter());
             rollout.actions.extend(&actions);
-            let stepped = self.environments.step(&actions)?;
+            let mut stepped = self.environments.step(&actions)?;
+            self.episodes.take(&actions, &stepped.rewards);
+            let shares = self.end_shares(&mut stepped);
             let beyond = self.beyond(&stepped);
             let rewards = stepped.rewards.iter().zip(beyond);
             rollout.rewards.extend(rewards.map(|(reward, beyond)| reward + beyond));
             rollout.ended.extend(stepped.terminated.iter().zip(&stepped.truncated).map(|(a, b)| *a || *b));
-            self.episodes.take(&actions, &stepped.rewards);
-            returns.extend(self.begin_anew(&stepped)?);
+            returns.extend(self.begin_anew(&stepped, &shares)?);
         }
         Ok((rollout, returns))
+    }
+
+    /// Cuts the first episode of every environment off after its share of an episode, so that from then on they are in different parts of
+    /// their episodes: a policy that sees the same part of all of them in an update forgets the others. Says which.
+    fn end_shares(&self, stepped: &mut Steps) -> Vec<bool> {
+        let most = self.environments.episode_steps();
+        let is_over = |which: usize| self.episodes.is_first_share_over(which, most) && !stepped.terminated[which];
+        let over: Vec<bool> = (0..stepped.truncated.len()).map(is_over).collect();
+        stepped.truncated.iter_mut().zip(&over).for_each(|(truncated, over)| *truncated |= over);
+        over
     }
 
     /// What lies beyond the end of each episode: one that was cut off would have gone on, one that ended too early leaves steps out.
@@ -178,14 +189,16 @@ impl<E: Environments> Learner<E> {
         environments.map(|which| if cut(which) { discount * values[which] } else { left_out(which) }).collect()
     }
 
-    /// Begins new episodes where one ended; the sums of the rewards of those that did.
-    fn begin_anew(&mut self, stepped: &Steps) -> Result<Vec<f64>, LearnError> {
+    /// Begins new episodes where one ended; the sums of the rewards of those that were whole.
+    fn begin_anew(&mut self, stepped: &Steps, shares: &[bool]) -> Result<Vec<f64>, LearnError> {
         self.seen.clone_from(&stepped.observations);
         let size = self.environments.observation_size();
         let mut returns = Vec::new();
-        for which in 0..self.environments.count() {
+        for (which, is_share) in shares.iter().enumerate() {
             if stepped.terminated[which] || stepped.truncated[which] {
-                returns.push(self.episodes.sum(which) + self.environments.left_out(which, 1.0));
+                if !is_share {
+                    returns.push(self.episodes.sum(which) + self.environments.left_out(which, 1.0));
+                }
                 let seen = self.environments.reset(which, self.episodes.begin(which))?;
                 self.seen[which * size..(which + 1) * size].copy_from_slice(&seen);
             }

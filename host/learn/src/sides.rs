@@ -34,7 +34,7 @@ pub fn sides(
     let task = Task::Turn(Turn::default());
     let mut open = Definition { task, episode_s: TRIED_S, ..environments.clone() };
     open.randomization.share = 0.0;
-    let gaits = gait::constants(2);
+    let gaits = gait::constants(0..2);
     let mut environments = Environments::with_threads(robot.clone(), open, gaits.len(), threads)?;
     let played = gait::play(&mut environments, &gaits, &[TRIED_ON; 2], &|_| false)?;
     Ok(if played[0].turned >= played[1].turned { [FORWARD, BACKWARD] } else { [BACKWARD, FORWARD] })

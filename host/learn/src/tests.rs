@@ -35,6 +35,10 @@ impl Environments for Row {
         3
     }
 
+    fn episode_steps(&self) -> usize {
+        20
+    }
+
     fn reset(&mut self, which: usize, seed: u64) -> Result<Vec<f32>, LearnError> {
         self.places[which] = (seed % self.cells as u64) as i64;
         self.steps[which] = 0;

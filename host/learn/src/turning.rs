@@ -58,8 +58,8 @@ pub struct Judged {
     pub to_the_end: f64,
 }
 
-/// The learned policy; by the reward the best constant frequency, the best alternation of two and the best oscillation by ±100°; and of the
-/// oscillations the one on the smallest circle, where one turns the robot at all.
+/// The learned policy; by the reward the best constant frequency, the best alternation of two and the best oscillation: one by ±100°, or one
+/// of those that are actions where there are any; and of the oscillations the one on the smallest circle, where one turns the robot at all.
 ///
 /// # Errors
 /// The environments'.
@@ -75,12 +75,13 @@ pub fn contenders(
     definition.randomization.share = 0.0;
     let often =
         Definition { interval_s: OSCILLATION_INTERVAL_S, parts: vec![Part::Pose, Part::Shaft], ..definition.clone() };
-    let hz = &definition.frequencies_hz;
-    let kinds = [
-        (gait::constants(hz.len()), &definition),
-        (gait::alternations(hz.len(), &HELD), &definition),
-        (gait::oscillations(hz, AMPLITUDE_RAD, CENTRES), &often),
-    ];
+    let (hz, known) = (&definition.frequencies_hz, definition.actions());
+    let oscillations = match known.len() - hz.len() {
+        0 => (gait::oscillations(hz, AMPLITUDE_RAD, CENTRES), &often),
+        _ => (gait::constants(hz.len()..known.len()), &definition),
+    };
+    let kinds =
+        [(gait::constants(0..hz.len()), &definition), (gait::alternations(hz.len(), &HELD), &definition), oscillations];
     let all: usize = kinds.iter().map(|(gaits, _)| gaits.len()).sum();
     let mut found = vec![Contender {
         name: "learned".to_owned(),
@@ -97,7 +98,7 @@ pub fn contenders(
         let best = gait::best(&mut side_by_side, gaits, CHOSEN_ON, &worths, tell)?;
         before += gaits.len();
         let contender = |gait: Gait| Contender {
-            name: gait.words(hz, definition.interval_s),
+            name: gait.words(&known, definition.interval_s),
             gait,
             definition: (*definition).clone(),
             tried: gaits.len(),

@@ -102,8 +102,10 @@ fn as_typed(field: Field) -> (&'static str, &'static str, f64) {
         Field::Angle => ("the angle", " deg", degrees),
         Field::Duty => ("the duty", "", 1.0),
         Field::GaitSpeed => ("the gait's frequencies", " Hz", conventions::frequency_from_omega(1.0).abs()),
-        Field::GaitSpeeds => ("the number of the gait's frequencies", "", 1.0),
-        Field::GaitStep => ("the gait's step, an index into its frequencies,", "", 1.0),
+        Field::GaitTable => {
+            ("the gait's different frequencies, and its different oscillations counted twice,", "", 1.0)
+        }
+        Field::GaitStep => ("the gait's step, an index into its frequencies and oscillations,", "", 1.0),
         Field::GaitSteps => ("the number of the gait's steps", "", 1.0),
         Field::GaitInterval => ("the gait's interval", " s", 1.0),
     }

@@ -54,7 +54,7 @@ fn a_training_that_was_killed_goes_on_to_the_same_policy() {
     roxmltree::Document::parse(&String::from_utf8(read(&directory.path().join("whole/turn.svg"))).unwrap()).unwrap();
     let gait = robot_file::gait::GaitFile::load(&directory.path().join("whole/gait.toml")).unwrap();
     assert_eq!(
-        (gait.gait().name().to_string().as_str(), gait.steps_hz().len()),
+        (gait.gait().name().to_string().as_str(), gait.steps().len()),
         ("turn-right", 20),
         "0.4 s by steps of 20 ms"
     );
@@ -72,6 +72,22 @@ fn gaits_are_judged_on_drawn_robots_too() {
     for gait in gaits {
         assert!(gait["nominal"]["rate_deg_per_s"].is_number() && gait["drawn"]["to_the_end"].is_number(), "{gait}");
     }
+}
+
+/// Among the controller's swings and two frequencies, with motor; the gait says which.
+#[test]
+fn a_gait_may_swing_the_shaft() {
+    let directory = temporary();
+    let text = "[turn]\ndrive = \"motor\"\nfrequencies_hz = [-7.0, 7.0]\noscillations_deg = [[-45.0, 105.0], [70.0, 190.0]]\n\
+                interval_s = 0.5\nepisode_s = 2.0\nenvironments = 8\nupdates = 2\n[ppo]\nsteps = 64\nbatch_size = 32\n";
+    fs::write(directory.path().join("learn.toml"), text).unwrap();
+    let words = "learn turn --direction right --settings learn.toml --robot @/robot.toml --out swings";
+    let said = succeeds(directory.path(), words);
+    assert!(said.contains("constant -45°..105°") || said.contains("constant 70°..190°"), "{said}");
+    let gait = robot_file::gait::GaitFile::load(&directory.path().join("swings/gait.toml")).unwrap();
+    assert_eq!((gait.steps().len(), gait.interval_s()), (4, 0.5));
+    let picture = read(&directory.path().join("swings/turn.svg"));
+    assert!(String::from_utf8(picture).unwrap().contains("angle of the shaft"), "what the swings are is drawn");
 }
 
 #[test]

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use control::{Command, Gait, Stroke};
-use robot_file::gait::GaitFile;
+use robot_file::gait::{GaitFile, GaitStep};
 
 use common::conventions::{omega_from_frequency, radians};
 
@@ -83,6 +83,15 @@ impl DriveCommand {
             Self::Idle => "idle",
             Self::Clear => "clear",
             Self::Gait(_) => "gait",
+        }
+    }
+}
+
+impl From<GaitStep> for DriveCommand {
+    fn from(step: GaitStep) -> Self {
+        match step {
+            GaitStep::Frequency(hz) => Self::Freq { hz },
+            GaitStep::Oscillation([from_deg, to_deg]) => Self::Oscillate { from_deg, to_deg, style: Stroke::BangBang },
         }
     }
 }

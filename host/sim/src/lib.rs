@@ -314,8 +314,13 @@ pub fn said(command: DriveCommand, refusal: Refusal, limits: &Limits) -> String 
             format!("the frequencies of the gait {name} must be from {low:.2} to {high:.2} Hz, not {value:.2} Hz")
         }
         (
-            DriveCommand::Oscillate { .. } | DriveCommand::Position { .. },
-            Refusal::OutOfRange { name, value, low, high },
+            DriveCommand::Oscillate { .. } | DriveCommand::Position { .. } | DriveCommand::Gait(_),
+            Refusal::OutOfRange {
+                name: name @ (Field::From | Field::To | Field::Span | Field::Angle),
+                value,
+                low,
+                high,
+            },
         ) => {
             let deg = |rad: f32| degrees(f64::from(rad));
             format!("`{name}` must be from {:.0}° to {:.0}°, not {:.1}°", deg(low), deg(high), deg(value))

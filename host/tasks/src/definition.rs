@@ -1,6 +1,7 @@
 //! Everything that defines an environment.
 
 use hal_sim::body::Precision;
+use robot_file::gait::GaitStep;
 
 use super::error::TaskError;
 use super::observation::Part;
@@ -33,6 +34,8 @@ pub struct Definition {
     pub task: Task,
     /// What an action chooses among, Hz, clockwise positive.
     pub frequencies_hz: Vec<f64>,
+    /// What it chooses among beyond them: the controller's swings between two angles, degrees, with [`DriveKind::Motor`].
+    pub oscillations_deg: Vec<[f64; 2]>,
     /// Δt: from an action to the next, s.
     pub interval_s: f64,
     /// Length of an episode, s; what does not end before is truncated.
@@ -65,11 +68,12 @@ impl Definition {
     /// A task with the thesis's observation and actions, and what it leaves open as chosen: docs/gymnasium.md has the reasons.
     #[must_use]
     pub fn new(task: Task) -> Self {
-        let maze = matches!(task, Task::Maze(_));
+        let (maze, turn) = (matches!(task, Task::Maze(_)), matches!(task, Task::Turn(_)));
         Self {
             task,
             frequencies_hz: thesis_frequencies_hz(),
-            interval_s: 0.04,
+            oscillations_deg: vec![],
+            interval_s: if turn { 0.02 } else { 0.04 },
             episode_s: if maze { 240.0 } else { 10.0 },
             drive: DriveKind::Exact,
             step_s: 1e-4,
@@ -80,6 +84,13 @@ impl Definition {
             alpha_deg: Some(90.0),
             randomization: Randomization::default(),
         }
+    }
+
+    /// What an action chooses among: the frequencies, then the oscillations.
+    #[must_use]
+    pub fn actions(&self) -> Vec<GaitStep> {
+        let frequencies = self.frequencies_hz.iter().copied().map(GaitStep::Frequency);
+        frequencies.chain(self.oscillations_deg.iter().copied().map(GaitStep::Oscillation)).collect()
     }
 
     /// Numbers of an observation.
@@ -126,9 +137,13 @@ impl Definition {
             let problem = format!("{} s are no whole number of steps of {} s", self.interval_s, self.step_s);
             return Err(TaskError::definition("interval_s", problem, "give a multiple of step_s"));
         }
-        if self.frequencies_hz.is_empty() || !self.frequencies_hz.iter().all(|hz| hz.is_finite()) {
+        if self.actions().is_empty() || !self.frequencies_hz.iter().all(|hz| hz.is_finite()) {
             let problem = format!("{:?} are no actions", self.frequencies_hz);
             return Err(TaskError::definition("frequencies_hz", problem, "give one finite frequency or more, Hz"));
+        }
+        if self.drive == DriveKind::Exact && !self.oscillations_deg.is_empty() {
+            let problem = "an exact drive has no controller that would swing the shaft";
+            return Err(TaskError::definition("oscillations_deg", problem, "choose the motor as drive, or give none"));
         }
         if self.parts.is_empty() {
             return Err(TaskError::definition("observe", "nothing is observed", "name one part or more, e.g. pose"));

@@ -3,6 +3,7 @@
 use hal_sim::body::{Snapshot, Track};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use robot_file::gait::GaitStep;
 use sweep::{SIDE_BY_SIDE, VariantBuilder};
 
 use super::definition::Definition;
@@ -157,20 +158,20 @@ impl Environments {
         }
     }
 
-    /// One action of every environment, an index of [`Definition::frequencies_hz`] each. Nothing is reset: an episode that ended goes on until
+    /// One action of every environment, an index of [`Definition::actions`] each. Nothing is reset: an episode that ended goes on until
     /// it is.
     ///
     /// # Errors
     /// There are not as many actions as environments, or one does not exist.
     pub fn step(&mut self, actions: &[usize]) -> Result<Steps, TaskError> {
-        let frequencies = &self.common.definition.frequencies_hz;
+        let known = self.common.definition.actions();
         if actions.len() != self.count {
             return Err(TaskError::Actions(format!("{} actions for {} environments", actions.len(), self.count)));
         }
-        if let Some(wrong) = actions.iter().find(|action| **action >= frequencies.len()) {
-            return Err(TaskError::Actions(format!("there is no action {wrong} among {}", frequencies.len())));
+        if let Some(wrong) = actions.iter().find(|action| **action >= known.len()) {
+            return Err(TaskError::Actions(format!("there is no action {wrong} among {}", known.len())));
         }
-        let hz: Vec<f64> = actions.iter().map(|action| frequencies[*action]).collect();
+        let chosen: Vec<GaitStep> = actions.iter().map(|action| known[*action]).collect();
         let size = self.common.definition.observation_size();
         let mut steps = Steps {
             observations: vec![0.0; self.count * size],
@@ -183,9 +184,9 @@ impl Environments {
         let observations = steps.observations.chunks_mut(*together * size);
         let ends = steps.terminated.chunks_mut(*together).zip(steps.truncated.chunks_mut(*together));
         let rows = observations.zip(steps.rewards.chunks_mut(*together)).zip(ends);
-        let all: Vec<_> = groups.iter_mut().zip(hz.chunks(*together)).zip(rows).collect();
-        let step = |(((group, episodes), hz), ((observations, rewards), (terminated, truncated))): Job<'_>| {
-            advance(group, episodes, definition, hz);
+        let all: Vec<_> = groups.iter_mut().zip(chosen.chunks(*together)).zip(rows).collect();
+        let step = |(((group, episodes), chosen), ((observations, rewards), (terminated, truncated))): Job<'_>| {
+            advance(group, episodes, definition, chosen);
             for (member, episode) in episodes.iter_mut().enumerate() {
                 let step = episode.finish((group, member), definition);
                 episode.observe(definition, &mut observations[member * size..(member + 1) * size]);
@@ -278,12 +279,14 @@ impl Environments {
 }
 
 /// A group with its episodes and frequencies, and where its rows go: observations and rewards, terminated and truncated.
-type Job<'a> =
-    ((&'a mut (Group, Vec<Episode>), &'a [f64]), ((&'a mut [f32], &'a mut [f64]), (&'a mut [bool], &'a mut [bool])));
+type Job<'a> = (
+    (&'a mut (Group, Vec<Episode>), &'a [GaitStep]),
+    ((&'a mut [f32], &'a mut [f64]), (&'a mut [bool], &'a mut [bool])),
+);
 
-fn advance(group: &mut Group, episodes: &mut [Episode], definition: &Definition, hz: &[f64]) {
+fn advance(group: &mut Group, episodes: &mut [Episode], definition: &Definition, actions: &[GaitStep]) {
     if episodes.iter().all(|episode| episode.track.is_none()) {
-        return group.advance(definition, hz, None);
+        return group.advance(definition, actions, None);
     }
-    group.advance(definition, hz, Some(&mut |i, snapshot, interval_s| episodes[i].keep(snapshot, interval_s)));
+    group.advance(definition, actions, Some(&mut |i, snapshot, interval_s| episodes[i].keep(snapshot, interval_s)));
 }

@@ -1,6 +1,7 @@
 //! Why there is no environment.
 
 use hal_sim::body::plan::PlanError;
+use robot_file::gait::GaitStep;
 use sweep::AxisError;
 
 /// Why environments cannot be made or advanced.
@@ -41,17 +42,17 @@ pub enum TaskError {
         last: String,
     },
     /// The controller refuses an action.
-    #[error("the controller refuses {hz} Hz: {why}")]
+    #[error("the controller refuses {action}: {why}")]
     #[diagnostic(help("the limits are in [controller.limits] of the robot file; the exact drive has none"))]
     Refused {
-        /// Frequency of the action, Hz.
-        hz: f64,
+        /// The action.
+        action: GaitStep,
         /// The controller's words.
         why: String,
     },
     /// An action that does not exist, or not one for each environment.
     #[error("{0}")]
-    #[diagnostic(help("give one index for each environment, from 0 to one less than the number of frequencies"))]
+    #[diagnostic(help("give one index for each environment, from 0 to one less than the number of actions"))]
     Actions(String),
     /// The pool of threads cannot be made.
     #[error("no threads: {0}")]

@@ -4,6 +4,7 @@ use common::conventions::omega_from_frequency;
 use control::{Controller, Parameters, State};
 use hal_sim::body::{Drive, Ensemble, Plan, Snapshot, Walker, WalkingRobots, ensemble};
 use hal_sim::random::{Source, Stream};
+use robot_file::gait::GaitStep;
 use simulation::{DriveCommand, REFRESH_S};
 use sweep::Variant;
 
@@ -32,12 +33,12 @@ impl Common {
         if common.definition.drive == DriveKind::Motor {
             let design = robot_file::design::design(&nominal.robot);
             let parameters = design.map_err(|error| TaskError::Controller(error.to_string()))?.parameters;
-            for hz in &common.definition.frequencies_hz {
-                let command = DriveCommand::Freq { hz: *hz };
+            for action in common.definition.actions() {
+                let command = DriveCommand::from(action);
                 let refused = controller(&parameters)?.command(command.to_control(), 0).err();
                 if let Some(refusal) = refused {
                     let why = simulation::said(command, refusal, &parameters.limits);
-                    return Err(TaskError::Refused { hz: *hz, why });
+                    return Err(TaskError::Refused { action, why });
                 }
             }
             common.parameters = Some(parameters);
@@ -142,9 +143,9 @@ impl Group {
         Ok(())
     }
 
-    /// Advances every robot by the definition's interval, each towards its frequency (Hz). Where `keep` is there it is told of every robot's
+    /// Advances every robot by the definition's interval, each by its action. Where `keep` is there it is told of every robot's
     /// snapshot every 5 ms or so.
-    pub fn advance(&mut self, definition: &Definition, hz: &[f64], mut keep: Option<&mut Keep<'_>>) {
+    pub fn advance(&mut self, definition: &Definition, actions: &[GaitStep], mut keep: Option<&mut Keep<'_>>) {
         let unit_s = match self {
             Self::Exact { .. } => definition.step_s,
             Self::Motor { robots, .. } => robots.tick_s(),
@@ -155,12 +156,12 @@ impl Group {
         while done < total {
             let count = portion.min(total - done);
             match self {
-                Self::Exact { bodies, shafts, drives } => turn(bodies, shafts, drives, hz, count),
-                Self::Motor { robots, controllers } => drive(robots, controllers, hz, done..done + count),
+                Self::Exact { bodies, shafts, drives } => turn(bodies, shafts, drives, actions, count),
+                Self::Motor { robots, controllers } => drive(robots, controllers, actions, done..done + count),
             }
             done += count;
             if let Some(keep) = &mut keep {
-                (0..hz.len()).for_each(|i| keep(i, self.snapshot(i), count as f64 * unit_s));
+                (0..actions.len()).for_each(|i| keep(i, self.snapshot(i), count as f64 * unit_s));
             }
         }
     }
@@ -207,26 +208,41 @@ fn displacement(nominal: &Snapshot, at: Pose) -> [f64; 2] {
     [at.x - (cos * x - sin * y), at.y - (sin * x + cos * y)]
 }
 
-fn turn(bodies: &mut Ensemble, shafts: &mut [RampedShaft], drives: &mut Vec<Drive>, hz: &[f64], steps: usize) {
+fn turn(
+    bodies: &mut Ensemble,
+    shafts: &mut [RampedShaft],
+    drives: &mut Vec<Drive>,
+    actions: &[GaitStep],
+    steps: usize,
+) {
     let step_s = bodies.step_s();
+    let omega = |action: &GaitStep| match action {
+        GaitStep::Frequency(hz) => omega_from_frequency(*hz),
+        GaitStep::Oscillation(_) => unreachable!("the definition was checked: there is a motor for it"),
+    };
     for _ in 0..steps {
         drives.clear();
-        drives.extend(shafts.iter_mut().zip(hz).map(|(shaft, hz)| shaft.advance(omega_from_frequency(*hz), step_s)));
+        drives.extend(shafts.iter_mut().zip(actions).map(|(shaft, action)| shaft.advance(omega(action), step_s)));
         bodies.advance(1, drives);
     }
 }
 
 /// A command comes with the action, and again as often as a console repeats it.
-fn drive(robots: &mut WalkingRobots, controllers: &mut [Controller], hz: &[f64], ticks: std::ops::Range<usize>) {
+fn drive(
+    robots: &mut WalkingRobots,
+    controllers: &mut [Controller],
+    actions: &[GaitStep],
+    ticks: std::ops::Range<usize>,
+) {
     let refresh = (REFRESH_S / robots.tick_s()).round().max(1.0) as usize;
-    let mut actuations = Vec::with_capacity(hz.len());
+    let mut actuations = Vec::with_capacity(actions.len());
     for tick in ticks {
         actuations.clear();
         for (i, controller) in controllers.iter_mut().enumerate() {
             let sample = robots.sample(i);
             if tick.is_multiple_of(refresh) && controller.telemetry().state != State::Fault {
-                // Every frequency was taken once; a later refusal is a fault, which the telemetry shows.
-                let _ = controller.command(DriveCommand::Freq { hz: hz[i] }.to_control(), sample.time_us);
+                // Every action was taken once; a later refusal is a fault, which the telemetry shows.
+                let _ = controller.command(DriveCommand::from(actions[i]).to_control(), sample.time_us);
             }
             actuations.push(controller.tick(&sample));
         }

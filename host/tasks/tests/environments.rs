@@ -16,7 +16,7 @@ fn robot() -> VariantBuilder {
 }
 
 fn turning() -> Definition {
-    Definition { episode_s: 0.4, ..Definition::new(Task::Turn(Turn::default())) }
+    Definition { interval_s: 0.04, episode_s: 0.4, ..Definition::new(Task::Turn(Turn::default())) }
 }
 
 /// The same actions in every environment, whatever their number: those of environment `i`.
@@ -175,6 +175,29 @@ fn the_motor_turns_the_way_that_the_action_says() {
 }
 
 #[test]
+fn an_action_may_be_a_swing_of_the_controller() {
+    let (drive, interval_s) = (DriveKind::Motor, 0.5);
+    let swing = [-45.0, 105.0];
+    let (parts, episode_s) = (vec![Part::Shaft], 4.0);
+    let definition = Definition { oscillations_deg: vec![swing], drive, interval_s, parts, episode_s, ..turning() };
+    let mut environments = Environments::new(robot(), definition, 2).unwrap();
+    environments.record(0, true);
+    environments.reset_each(&[Reset::Seed(1), Reset::Seed(2)]).unwrap();
+    // The last one, for both; then a frequency for the second alone.
+    for actions in [[10, 10], [10, 10], [10, 9], [10, 9]] {
+        environments.step(&actions).unwrap();
+    }
+    let swung = environments.track(0).unwrap().snapshots.iter().skip(100);
+    let angles: Vec<f64> = swung.map(|snapshot| snapshot.rotor.unwrap().angle.to_degrees()).collect();
+    let turn = 360.0 * (angles[0] / 360.0).round();
+    let reached = [f64::min, f64::max].map(|worse| angles.iter().copied().reduce(worse).unwrap() - turn);
+    for (reached, bound) in reached.into_iter().zip(swing) {
+        assert!((reached - bound).abs() < 8.0, "{reached}° instead of {bound}°");
+    }
+    assert!(environments.snapshot(1).rotor.unwrap().angle < -std::f64::consts::TAU, "clockwise, round and round");
+}
+
+#[test]
 fn what_a_fault_leaves_out_is_standing_where_it_happened() {
     let turn = Turn::default();
     let definition = Definition { drive: DriveKind::Motor, ..Definition::new(Task::Turn(turn)) };
@@ -227,6 +250,7 @@ fn what_is_wrong_is_said_by_name() {
     assert_eq!(wrong(&|d| d.interval_s = f64::NAN), "interval_s");
     assert_eq!(wrong(&|d| d.interval_s = 0.00015), "interval_s");
     assert_eq!(wrong(&|d| d.frequencies_hz.clear()), "frequencies_hz");
+    assert_eq!(wrong(&|d| d.oscillations_deg = vec![[-45.0, 105.0]]), "oscillations_deg");
     assert_eq!(wrong(&|d| d.parts = vec![Part::Walls]), "observe");
     assert_eq!(wrong(&|d| d.randomization.share = 2.0), "randomize");
     assert_eq!(wrong(&|d| d.task = Task::Turn(Turn { k_rot: f64::INFINITY, ..Turn::default() })), "k_rot");
@@ -237,6 +261,11 @@ fn what_is_wrong_is_said_by_name() {
         d.frequencies_hz = vec![7.0, 30.0];
     });
     assert!(refused.contains("30 Hz") && refused.contains("1.00 to 12.00"), "{refused}");
+    let refused = wrong(&|d| {
+        d.drive = DriveKind::Motor;
+        d.oscillations_deg = vec![[10.0, 12.0]];
+    });
+    assert!(refused.contains("10°..12°") && refused.contains("to - from"), "{refused}");
     let mut environments = Environments::new(robot(), turning(), 2).unwrap();
     assert!(environments.step(&[1]).unwrap_err().to_string().contains("1 actions for 2"));
     assert!(environments.step(&[1, 10]).unwrap_err().to_string().contains("no action 10"));

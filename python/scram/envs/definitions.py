@@ -23,6 +23,8 @@ class Definition:
 
     frequencies_hz: Sequence[float] = tuple(_TURN["frequencies_hz"])
     """What an action chooses among, Hz, clockwise positive."""
+    oscillations_deg: Sequence[tuple[float, float]] = tuple(_TURN["oscillations_deg"])
+    """What it chooses among beyond them with ``drive="motor"``: the controller's swings from one angle to the other and back, degrees."""
     interval_s: float = _TURN["interval_s"]
     """Δt: time from an action to the next, s."""
     episode_s: float = _TURN["episode_s"]
@@ -47,6 +49,11 @@ class Definition:
     """Share of the robot file's spreads from which every episode draws its robot: 0 none, 1 all from low to high."""
     randomized: Sequence[str] = tuple(_TURN["randomized"])
     """Quantities of the robot file that are drawn, or tables of them, by their dotted paths."""
+
+    @property
+    def actions(self) -> int:
+        """How many actions there are."""
+        return len(self.frequencies_hz) + len(self.oscillations_deg)
 
 
 @dataclass(frozen=True, kw_only=True)

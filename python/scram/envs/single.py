@@ -35,7 +35,7 @@ class RobotEnv(gymnasium.Env[Observation, np.int64]):
         self._environments = Environments(self.definition, 1, chosen_robot(robot), threads=1)
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.definition.interval_s)}
         self.observation_space = observation_space(self._environments)
-        self.action_space = spaces.Discrete(len(self.definition.frequencies_hz))
+        self.action_space = spaces.Discrete(self.definition.actions)
         self.render_mode = render_mode
         self._renderer = Renderer(self._environments, 0, render_mode, render_size, page_path)
         self._all = np.ones(1, dtype=np.bool_)

@@ -53,7 +53,7 @@ class RobotVectorEnv(VectorEnv[Observations, NDArray[np.int64], NDArray[Any]]):
         rate = round(1.0 / self.definition.interval_s)
         self.metadata = {**self.metadata, "render_fps": rate, "autoreset_mode": self.autoreset_mode}
         self.single_observation_space = observation_space(self._environments)
-        self.single_action_space = spaces.Discrete(len(self.definition.frequencies_hz))
+        self.single_action_space = spaces.Discrete(self.definition.actions)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.render_mode = render_mode

@@ -48,7 +48,7 @@ fn rubbish_other_records_and_what_cannot_be_played_are_no_gait() {
     assert_eq!(block_on(load(&mut flash, range.clone())), None);
     // An intact record of a gait whose only step is beyond its table, as no `Gait::new` makes it.
     let mut bytes = postcard::to_slice(&gait, &mut [0; 300]).expect("it fits").to_vec();
-    let last_step = bytes.len() - 1;
+    let last_step = bytes.len() - 2;
     let speed_count = 12 + 4 * 16;
     (bytes[speed_count], bytes[last_step]) = (1, 0xFF);
     let beyond: Gait = postcard::from_bytes(&bytes).expect("a message");

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::path::Path;
 
-use control::gait::{MOST_SPEEDS, MOST_STEPS, Name};
+use control::gait::{MOST_NUMBERS, MOST_STEPS, Name};
 use control::protocol::pairing::Pairing;
 use control::protocol::radio::Source;
 use control::protocol::secure::Key;
@@ -154,9 +154,9 @@ impl Subject for OfPairing {
 
 /// A gait of any length that is like no other.
 fn another_gait(random: &mut impl Rng) -> Gait {
-    let speeds: Vec<f32> = (0..MOST_SPEEDS).map(|_| random.random_range(10.0..70.0)).collect();
+    let speeds: Vec<f32> = (0..MOST_NUMBERS).map(|_| random.random_range(10.0..70.0)).collect();
     let steps: Vec<u8> = (0..random.random_range(1..=MOST_STEPS)).map(|_| random.random_range(0..16)).collect();
-    Gait::new(Name::new("any").expect("a name"), &speeds, &steps, 40, random.random()).expect("sound")
+    Gait::new(Name::new("any").expect("a name"), &speeds, &[], &steps, 40, random.random()).expect("sound")
 }
 
 /// The gait.

@@ -71,11 +71,12 @@ pub extern "C" fn keep_gait(controller: &mut Controller, gait: &Gait, answer: &m
 pub extern "C" fn make_gait(
     name: &&str,
     speeds: &&[f32],
+    oscillations: &&[[f32; 2]],
     steps: &&[u8],
     interval_ms: u16,
     made: &mut Option<Result<Gait, Refusal>>,
 ) -> u32 {
-    *made = Name::new(name).map(|name| Gait::new(name, speeds, steps, interval_ms, true));
+    *made = Name::new(name).map(|name| Gait::new(name, speeds, oscillations, steps, interval_ms, true));
     let sound = made.as_ref().and_then(|made| made.as_ref().ok());
     sound.map_or(0, |gait| gait.steps().fold(gait.id(), |sum, step| sum.wrapping_add(step.into())))
 }

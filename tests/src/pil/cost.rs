@@ -4,7 +4,7 @@
 use control::{Parameters, State, Stroke};
 use hal_sim::Fault;
 use robot_file::design::design;
-use robot_file::gait::GaitFile;
+use robot_file::gait::{GaitFile, GaitStep};
 use robot_file::robot::Robot;
 use scram::hil::{HilError, Qemu, Remote};
 use simulation::{Break, DriveCommand, Plan, Scheduled};
@@ -98,13 +98,13 @@ fn tracking(ran: &Ran) -> bool {
     ran.telemetry.tracking && ran.missed == 0
 }
 
-/// A gait of these frequencies, Hz, each for so long, s.
+/// A gait of these frequencies (Hz) or other steps, each for so long, s.
 ///
 /// # Panics
 /// When they are no gait.
 #[must_use]
-pub fn gait(interval_s: f64, steps_hz: &[f64], repeat: bool) -> DriveCommand {
-    let file = GaitFile::new("pil", interval_s, repeat, steps_hz).unwrap_or_else(|error| panic!("{error}"));
+pub fn gait<S: Into<GaitStep> + Copy>(interval_s: f64, steps: &[S], repeat: bool) -> DriveCommand {
+    let file = GaitFile::new("pil", interval_s, repeat, steps).unwrap_or_else(|error| panic!("{error}"));
     DriveCommand::Gait(*file.gait())
 }
 
@@ -144,7 +144,7 @@ fn missing(robots: &Robots) -> Vec<Course> {
 
 /// The scenarios. Heat, progress and the second sensor's absence have added 1300 to 2200 instructions to a tick; a quarter of the
 /// period would be 40 000.
-pub const SCENARIOS: [Scenario; 11] = [
+pub const SCENARIOS: [Scenario; 12] = [
     Scenario {
         what: "idle",
         budget: 14_500,
@@ -171,6 +171,15 @@ pub const SCENARIOS: [Scenario; 11] = [
             [&alternating[..], &[7.0; 50]]
                 .map(|steps_hz| course(&r.calibrated, plan(gait(0.04, steps_hz, false), 2.0)))
                 .to_vec()
+        },
+        counts: tracking,
+    },
+    Scenario {
+        what: "a gait of oscillations, another one every 250 ms",
+        budget: 30_500,
+        courses: |r| {
+            let swings = [[-45.0, 105.0], [60.0, 180.0]].map(GaitStep::Oscillation);
+            vec![course(&r.calibrated, plan(gait(0.25, &swings, true), 3.0))]
         },
         counts: tracking,
     },

@@ -8,6 +8,7 @@ use control::{Command, Parameters, Stroke};
 use hal_sim::Fault;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use robot_file::gait::GaitStep;
 use scram::hil::{HilError, Qemu, Remote};
 use simulation::{Break, Drive, DriveCommand, Plan, Scheduled, Step};
 
@@ -68,6 +69,8 @@ pub fn minute(robots: &Robots) -> Vec<Course> {
     // A gait of the most steps, whole and over its end, one that repeats, and the stored one again.
     let steps_hz: Vec<f64> = (0..MOST_STEPS).map(|step| [8.0, -7.0, 6.5, -6.0][step * step % 7 % 4]).collect();
     let (whole, repeats) = (gait(0.01, &steps_hz, false), gait(0.04, &[7.0, 7.0, -7.0], true));
+    let swing = |from, to| GaitStep::Oscillation([from, to]);
+    let swings = gait(0.25, &[swing(-45.0, 105.0), swing(60.0, 180.0), GaitStep::Frequency(-8.0)], true);
     let step = |at_s: f64, command: DriveCommand| Step { at_s, command };
     let gaits = Course {
         parameters: robots.calibrated,
@@ -80,10 +83,12 @@ pub fn minute(robots: &Robots) -> Vec<Course> {
                     step(4.5, DriveCommand::Freq { hz: 7.0 }),
                     step(5.0, repeats),
                     step(5.5, whole),
+                    step(6.0, DriveCommand::Idle),
+                    step(6.1, swings),
                 ],
                 end_s: None,
             },
-            seconds: 6.0,
+            seconds: 8.0,
             faults: Vec::new(),
         },
         seed: 50,

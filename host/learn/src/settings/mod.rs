@@ -197,6 +197,12 @@ mod tests {
     }
 
     #[test]
+    fn turning_is_what_it_is_in_gymnasium() {
+        let task = Task::Turn(tasks::Turn::default());
+        assert_eq!(Turning::default().definition(Direction::Left), tasks::Definition::new(task));
+    }
+
+    #[test]
     fn a_key_that_does_not_exist_is_named_with_its_line() {
         let error = load("[turn]\nk_pos = 50.0\n[ppo]\nlearning_speed = 1\n").unwrap_err();
         assert!(error.contains("line 4") && error.contains("learning_speed"), "{error}");

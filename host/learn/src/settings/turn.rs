@@ -17,6 +17,8 @@ pub struct Turning {
     pub k_pos: f64,
     /// The actions, Hz, clockwise positive.
     pub frequencies_hz: Vec<f64>,
+    /// Further actions where the motor drives: swings of the controller from one angle to the other and back, degrees.
+    pub oscillations_deg: Vec<[f64; 2]>,
     /// What is observed: `pose`, `velocity`, `shaft`, in this order.
     pub observe: Vec<Observed>,
     /// What turns the eccentric: a shaft that follows its frequency exactly, or controller, motor and sensor.
@@ -41,15 +43,17 @@ impl Default for Turning {
     /// the robot reaches, since a robot that turns also shakes about its heading, and with one within its reach standing still costs
     /// less; and Δt a fraction of a swing of the shaft by ±100°, so that the policy may end it at any angle.
     fn default() -> Self {
-        let definition = Definition::new(Task::Turn(Turn::default()));
+        let turn = Turn::default();
+        let definition = Definition::new(Task::Turn(turn));
         Self {
             rate_deg_per_s: 573.0,
-            k_rot: 0.01,
-            k_pos: 10.0,
+            k_rot: turn.k_rot,
+            k_pos: turn.k_pos,
             frequencies_hz: thesis_frequencies_hz(),
+            oscillations_deg: vec![],
             observe: vec![Observed::Pose],
             drive: Drive::Exact,
-            interval_s: 0.02,
+            interval_s: definition.interval_s,
             episode_s: definition.episode_s,
             alpha_deg: definition.alpha_deg,
             randomize: definition.randomization.share,
@@ -70,6 +74,7 @@ impl Turning {
         };
         let mut definition = Definition {
             frequencies_hz: self.frequencies_hz.clone(),
+            oscillations_deg: self.oscillations_deg.clone(),
             parts: self.observe.iter().copied().map(Part::from).collect(),
             drive: self.drive.into(),
             interval_s: self.interval_s,

@@ -1,6 +1,7 @@
-//! A robot that turns in place: which frequencies it was given, and where it went, as the thesis's Fig. 5.4.
+//! A robot that turns in place: what its shaft was to do, and where it went, as the thesis's Fig. 5.4.
 
 use plotters::prelude::*;
+use robot_file::gait::GaitStep;
 
 use super::{Area, Drawn, FigureError, Margins, Scale, axes, font, sheet};
 
@@ -9,8 +10,8 @@ use super::{Area, Drawn, FigureError, Margins, Scale, axes, font, sheet};
 pub struct TurningRun {
     /// What it is called.
     pub title: String,
-    /// The time of each frequency, s, and the frequency, Hz, which is held to the next one.
-    pub frequencies: Vec<(f64, f64)>,
+    /// What the shaft was to do, each from its time on, s, to that of the next one.
+    pub orders: Vec<(f64, GaitStep)>,
     /// Its end, s.
     pub seconds: f64,
     /// Forward and to the left of the start, mm, and the heading there, rad, at even times.
@@ -21,7 +22,7 @@ const LINE: RGBColor = RGBColor(33, 102, 172);
 const ARROW: RGBColor = RGBColor(214, 96, 20);
 /// Inside of the trajectory, pixels.
 const SIDE: i32 = 320;
-/// Height of the frequencies, pixels.
+/// Height of what the shaft was to do, pixels.
 const PROFILE: i32 = 190;
 const MARGINS: Margins = Margins { left: 74, right: 20, top: 40, bottom: 50 };
 /// Over everything.
@@ -71,14 +72,34 @@ fn draw_path(area: &Area<'_>, run: &TurningRun, [x, y]: [f64; 2], half: f64) -> 
 
 fn draw_profile(area: &Area<'_>, run: &TurningRun) -> Drawn {
     const ABOVE: Margins = Margins { top: 8, ..MARGINS };
-    let fastest = run.frequencies.iter().fold(1.0_f64, |fastest, (_, f)| fastest.max(f.abs()));
     let x = Scale { range: (0.0, run.seconds), words: "time / s", marks: 7 };
-    let y = Scale { range: (-1.15 * fastest, 1.15 * fastest), words: "frequency / Hz", marks: 5 };
+    let ends = run.orders.iter().skip(1).map(|(t, _)| *t).chain([run.seconds]);
+    let held: Vec<(f64, f64, GaitStep)> =
+        run.orders.iter().zip(ends).map(|((from, what), to)| (*from, to, *what)).collect();
+    let swings: Vec<[f64; 2]> = held.iter().filter_map(|(_, _, what)| angles(what)).collect();
+    if swings.is_empty() {
+        let hz = |what: &GaitStep| if let GaitStep::Frequency(hz) = what { *hz } else { 0.0 };
+        let fastest = held.iter().fold(1.0_f64, |fastest, (_, _, what)| fastest.max(hz(what).abs()));
+        let y = Scale { range: (-1.15 * fastest, 1.15 * fastest), words: "frequency / Hz", marks: 5 };
+        let line = held.iter().flat_map(|(from, to, what)| [(*from, hz(what)), (*to, hz(what))]);
+        axes(area, ABOVE, &x, &y)?.draw_series(LineSeries::new(line, LINE.stroke_width(1)))?;
+        return Ok(());
+    }
+    // Where the shaft swings, and where it turns round and round.
+    let low = swings.iter().fold(-180.0_f64, |low, [from, _]| low.min(*from));
+    let high = swings.iter().fold(180.0_f64, |high, [_, to]| high.max(*to));
+    let y = Scale { range: (low, high), words: "angle of the shaft / °", marks: 5 };
     let mut chart = axes(area, ABOVE, &x, &y)?;
-    let ends = run.frequencies.iter().skip(1).map(|(t, _)| *t).chain([run.seconds]);
-    let held = run.frequencies.iter().zip(ends).flat_map(|((from, f), to)| [(*from, *f), (to, *f)]);
-    chart.draw_series(LineSeries::new(held, LINE.stroke_width(1)))?;
+    for (start, end, what) in &held {
+        let ([from, to], colour) = angles(what).map_or(([low, high], ARROW), |angles| (angles, LINE));
+        chart.draw_series([Rectangle::new([(*start, from), (*end, to)], colour.mix(0.35).filled())])?;
+    }
     Ok(())
+}
+
+/// Between which angles the shaft swings, degrees, if it does.
+fn angles(what: &GaitStep) -> Option<[f64; 2]> {
+    if let GaitStep::Oscillation(angles) = what { Some(*angles) } else { None }
 }
 
 /// The middle of all paths, and half of what is to be seen on either side of it.
@@ -100,7 +121,7 @@ mod tests {
     fn a_frequency_is_held_and_every_run_has_its_title() {
         let run = |title: &str| TurningRun {
             title: title.to_owned(),
-            frequencies: vec![(0.0, 7.0), (1.0, -6.0)],
+            orders: vec![(0.0, 7.0.into()), (1.0, (-6.0).into())],
             seconds: 2.0,
             path: (0..40).map(|i| [f64::from(i), 0.5 * f64::from(i), 0.1 * f64::from(i)]).collect(),
         };

@@ -7,7 +7,7 @@ use ::learn::{Direction, Gait, Played, Policy, Progress, Saved, Settings, Traini
 use clap::Args;
 use miette::{IntoDiagnostic, Report};
 use plot::{TurningRun, turning_svg, under_title};
-use robot_file::gait::GaitFile;
+use robot_file::gait::{GaitFile, GaitStep};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize};
 
@@ -166,7 +166,8 @@ impl TurnCommand {
         else {
             return Ok(());
         };
-        let steps: Vec<f64> = played.actions.iter().map(|action| learned.frequencies_hz[*action]).collect();
+        let known = learned.actions();
+        let steps: Vec<GaitStep> = played.actions.iter().map(|action| known[*action]).collect();
         let (direction, seed) = (training.direction().word(), training.seed());
         let mut gait = match GaitFile::new(&format!("turn-{direction}"), learned.interval_s, true, &steps) {
             Ok(gait) => gait,
@@ -286,10 +287,10 @@ fn picture(rows: &[Row]) -> Result<String, Report> {
             let (sin, cos) = start.heading.sin_cos();
             [cos * x + sin * y, cos * y - sin * x, pose.heading - start.heading]
         };
-        let hz = |action: &usize| definition.frequencies_hz[*action];
+        let known = definition.actions();
         Some(TurningRun {
             title: row.contender.name.clone(),
-            frequencies: times.zip(&played.actions).map(|(t, action)| (t, hz(action))).collect(),
+            orders: times.zip(&played.actions).map(|(t, action)| (t, known[*action])).collect(),
             seconds: played.seconds,
             path: played.path.iter().map(about).collect(),
         })
