@@ -67,6 +67,27 @@ fn the_shaft_follows_the_steps_each_for_its_ticks_and_then_turns_out() {
 }
 
 #[test]
+fn a_step_that_swings_turns_the_shaft_back_at_its_angles() {
+    let bounds = [-0.8, 1.8];
+    let name = Name::new("swing").expect("a name");
+    let gait = Gait::new(name, &[], &[bounds], &[0, 0], INTERVAL_MS, true).expect("sound");
+    let run = Trial::punctual(3).run(4.0, move |console| async move {
+        ready(&console).await;
+        assert_eq!(keep(&console, &gait).await, DONE);
+        assert_eq!(give(&console, play(&gait)).await, DONE);
+        until(3.5).await;
+    });
+    let batches = run.batches();
+    let playing = batches.iter().filter(|batch| batch.state == State::Gait);
+    let angles: Vec<f32> = playing.flat_map(|batch| batch.rows.iter().map(|row| row.angle())).skip(500).collect();
+    assert!(angles.len() > 1000, "{} ticks", angles.len());
+    let reached = [f32::min, f32::max].map(|farther| angles.iter().copied().reduce(farther).expect("angles"));
+    for (reached, bound) in reached.into_iter().zip(bounds) {
+        assert!((reached - bound).abs() < 0.1, "{reached} rad instead of {bound}");
+    }
+}
+
+#[test]
 fn it_survives_a_restart_and_is_replaced_only_at_rest_by_one_that_can_be_played() {
     let (first, second) = (gait(&SPEEDS, true), gait(&[50.0, -50.0, 20.0], true));
     let too_fast = gait(&[44.0, -40.0, 100.0], true);

@@ -90,6 +90,23 @@ fn a_gait_may_swing_the_shaft() {
     assert!(String::from_utf8(picture).unwrap().contains("angle of the shaft"), "what the swings are is drawn");
 }
 
+/// Through controller, motor, sensor and body, other starts than those on which they were learned.
+#[test]
+fn the_shipped_gaits_turn_the_robot_in_their_direction() {
+    let directory = temporary();
+    for (direction, sign) in [("left", 1.0), ("right", -1.0)] {
+        for seed in [101, 102, 103] {
+            let words = format!(
+                "sim --robot @/robot.toml --alpha 90 --drive gait:@/robots/gaits/turn-{direction}.toml --seconds 20 --seed {seed} --json"
+            );
+            let run: Value = serde_json::from_str(&succeeds(directory.path(), &words)).unwrap();
+            assert_eq!(run["faults"].as_array().map(Vec::len), Some(0), "{run}");
+            let turned = sign * run["walk"]["turned_deg"].as_f64().unwrap() / 20.0;
+            assert!(turned > 3.0, "{direction}, seed {seed}: {turned} °/s");
+        }
+    }
+}
+
 #[test]
 fn walking_straight_is_searched_for_and_steered() {
     let directory = temporary();

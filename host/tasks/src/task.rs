@@ -58,7 +58,7 @@ pub struct Turn {
 
 impl Default for Turn {
     /// To the left, beyond what any robot reaches: one that turns also shakes about its heading, and with an ω within its reach the square
-    /// makes standing still the best. 30 mm off the start for a step count as much as turning by 5°/s earns.
+    /// makes standing still the best. 40 mm off the start for a step count as much as turning by 5°/s earns.
     fn default() -> Self {
         Self { desired_rad_per_s: 573_f64.to_radians(), k_rot: 0.01, k_pos: 10.0 }
     }

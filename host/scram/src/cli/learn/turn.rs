@@ -177,14 +177,15 @@ impl TurnCommand {
                 return Ok(());
             }
         };
-        let command = format!("scram learn turn --direction {direction} --seed {seed}");
-        gait.made_by = [
+        let told = self.options.settings.as_ref().map(|file| format!(" --settings {}", file.display()));
+        let command = format!("scram learn turn --direction {direction} --seed {seed}{}", told.unwrap_or_default());
+        let alpha = learned.alpha_deg.map(|alpha_deg| ("alpha_deg", alpha_deg.to_string()));
+        let made_by = [
             ("robot", self.options.common.robot.display().to_string()),
             ("seed", seed.to_string()),
             ("command", command),
-        ]
-        .map(|(key, text)| (key.to_owned(), text))
-        .into();
+        ];
+        gait.made_by = made_by.into_iter().chain(alpha).map(|(key, text)| (key.to_owned(), text)).collect();
         Ok(gait.save(path)?)
     }
 
