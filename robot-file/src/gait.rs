@@ -247,14 +247,15 @@ impl GaitFile {
     #[must_use]
     pub fn to_toml(&self) -> String {
         let quoted = |text: &str| toml_edit::Value::from(text).to_string();
+        let key = key_of(&self.steps);
         let mut text = format!(
             "name = {}\ninterval_s = {}\nrepeat = {}\n{} = [\n",
             quoted(self.gait.name().as_str()),
             unit::exact(self.interval_s),
             self.gait.repeats(),
-            key_of(&self.steps)
+            key
         );
-        let bare = key_of(&self.steps) == "steps_hz";
+        let bare = key == "steps_hz";
         for line in self.steps.chunks(if bare { STEPS_IN_LINE } else { 1 }) {
             let written = |step: &GaitStep| match step {
                 GaitStep::Frequency(hz) if bare => unit::exact(*hz),

@@ -197,6 +197,16 @@ mod tests {
     }
 
     #[test]
+    fn the_example_with_a_motor_describes_environments() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/learn-turn-motor.toml");
+        let definition = Settings::load(path.as_ref()).unwrap().turn.definition(Direction::Right);
+        definition.check().unwrap();
+        // Every swing has its mirror image: neither direction is favoured.
+        let known = &definition.oscillations_deg;
+        assert!(known.iter().all(|[from, to]| known.contains(&[-to, -from])), "{known:?}");
+    }
+
+    #[test]
     fn turning_is_what_it_is_in_gymnasium() {
         let task = Task::Turn(tasks::Turn::default());
         assert_eq!(Turning::default().definition(Direction::Left), tasks::Definition::new(task));
