@@ -273,14 +273,14 @@ impl Controller {
             // At rest no reading is trusted, nor what was known before somebody may have turned the shaft.
             self.lose_track();
         }
-        self.mode_of(self.command);
+        self.set_mode_for(self.command);
         if before != self.supervisor.state() {
             self.average = MovingAverage::default();
         }
     }
 
     /// Sets the mode up for a command, or goes on with it where it is one of the same kind.
-    fn mode_of(&mut self, command: Command) {
+    fn set_mode_for(&mut self, command: Command) {
         let x = self.estimator.estimate();
         match (command, &mut self.mode) {
             (Command::Speed { omega }, Mode::Speed(speed)) => speed.retarget(omega),
@@ -494,7 +494,7 @@ impl Controller {
         let step = self.gait.as_ref().zip(self.sequencer.as_mut());
         match step.and_then(|(gait, sequencer)| sequencer.advance(gait, elapsed.ticks)) {
             Some(Motion::Oscillation { from, to }) if self.oscillates(from, to) => {}
-            Some(motion) => self.mode_of(motion.command()),
+            Some(motion) => self.set_mode_for(motion.command()),
             None => {
                 self.supervisor.request(Event::Coast);
                 self.command = Command::Coast;

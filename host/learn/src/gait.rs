@@ -110,7 +110,10 @@ impl Gait {
     #[must_use]
     pub fn words(&self, known: &[GaitStep], interval_s: f64) -> String {
         let words = |action: usize| known.get(action).map_or_else(|| "?".to_owned(), ToString::to_string);
-        let hz = |action: usize| words(action).trim_end_matches(" Hz").to_owned();
+        let hz = |action: usize| match known.get(action) {
+            Some(GaitStep::Frequency(hz)) => hz.to_string(),
+            _ => words(action),
+        };
         match self {
             Self::Policy(_) => "learned".to_owned(),
             Self::Constant(action) => format!("constant {}", words(*action)),
