@@ -2,7 +2,7 @@
 //!
 //! It is small enough for one radio frame: the motions that occur are in a table of at most [`MOST_NUMBERS`] numbers, one a speed and
 //! two an oscillation, and a step is an index into them, two steps a byte. The controller holds each step's speed as that of
-//! [`Command::Speed`](crate::Command::Speed), and swings as for [`Command::Oscillate`](crate::Command::Oscillate). Time is counted in
+//! [`Command::Speed`], and swings as for [`Command::Oscillate`]. Time is counted in
 //! control periods, so that no step is longer or shorter than another.
 
 use core::num::NonZeroU32;
