@@ -233,6 +233,7 @@ fn record(path: &Path, metadata: &Metadata) {
                 speed_rad_per_s: 44.0,
                 battery_v: Some(3.7),
                 supply_v: None,
+                pose: None,
                 stated,
             };
             recorder.sample(robot, &row).expect("written");

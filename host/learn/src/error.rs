@@ -1,5 +1,7 @@
 //! Why there is no training.
 
+use std::path::PathBuf;
+
 /// What can go wrong.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LearnError {
@@ -40,6 +42,19 @@ pub enum LearnError {
         /// Which update.
         update: usize,
     },
+    /// A file holds no policy.
+    #[error("{}: {problem}", path.display())]
+    #[diagnostic(help("`scram learn turn` writes policies: policy.json of its directory"))]
+    Policy {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        problem: String,
+    },
+    /// A policy wants to see more than what is measured from outside.
+    #[error("the policy observes more than the pose, which is all that is measured")]
+    #[diagnostic(help("train one with `observe = [\"pose\"]` in the table [turn] of the learning file"))]
+    Unmeasured,
     /// A checkpoint is not one of this training.
     #[error("the checkpoint is of another training: {0}")]
     #[diagnostic(help("begin anew in another directory, or with what the checkpoint was begun with"))]

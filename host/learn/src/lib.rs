@@ -22,6 +22,7 @@ mod loss;
 pub mod maze;
 mod network;
 mod policy;
+mod policy_file;
 mod rollout;
 mod settings;
 mod sides;
@@ -41,6 +42,7 @@ pub use gait::{Gait, Played};
 pub use hyperparameters::Hyperparameters;
 pub use learner::{Learner, Progress};
 pub use policy::Policy;
+pub use policy_file::{PolicyFile, PolicyPlayer};
 pub use rollout::{Rollout, Worth};
 pub use settings::{
     DesignSettings, Direction, Drive, MazeSettings, Observed, Settings, SettingsError, Straightness, TerrainSettings,

@@ -34,6 +34,19 @@ impl Policy {
         self.layers.first().and_then(|layer| layer.weights.first()).map_or(0, Vec::len)
     }
 
+    /// How many numbers an observation has and how many actions there are; none where the layers do not fit each other.
+    pub(crate) fn sizes(&self) -> Option<(usize, usize)> {
+        let mut size = self.observation_size();
+        for layer in &self.layers {
+            let fits = layer.weights.len() == layer.bias.len() && layer.weights.iter().all(|row| row.len() == size);
+            if !fits || size == 0 {
+                return None;
+            }
+            size = layer.bias.len();
+        }
+        (size > 0).then(|| (self.observation_size(), size))
+    }
+
     /// Probabilities of the actions.
     ///
     /// # Panics

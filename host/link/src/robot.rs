@@ -54,6 +54,14 @@ pub enum Outcome {
     Overtaken,
 }
 
+impl Outcome {
+    /// Whether the robot was told to stop, with this or before, or was not reached at all.
+    #[must_use]
+    pub fn stops(self) -> bool {
+        matches!(self, Self::Unanswered | Self::Absent | Self::Overtaken)
+    }
+}
+
 /// What a robot said or did, as the session found out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {

@@ -66,6 +66,7 @@ fn row(tick: u64, t_s: f64) -> TelemetryRow {
         speed_rad_per_s: steps(-44.0 + wave, 256.0),
         battery_v: Some(steps(3.9 + 0.01 * ((tick / 10) as f32).sin(), 1000.0)),
         supply_v: None,
+        pose: None,
         stated: Stated { state: State::Speed, fault: None, tracking: true, failed_sensor: None },
     }
 }

@@ -68,7 +68,9 @@ pub use run::Run;
 pub use run_log::{LoggedCommand, RunLog};
 pub use scene::{Form, Scene, SceneFoot, SceneFrame, ScenePose, SceneState, Shape, WORLD};
 pub use stream::{RobotChannel, SessionRecorder};
-pub use telemetry::{LinkQuality, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow};
+pub use telemetry::{
+    LinkQuality, MeasuredPose, Outcome, ParameterValue, RecordedEvent, SessionEvent, Stated, TelemetryRow,
+};
 pub use window::Window;
 pub use words::fault;
 

@@ -20,7 +20,7 @@ use super::mcap_write::{METADATA_NAME, into_io};
 use super::schema::{event_schema, link_schema, sample_schema, state_schema};
 use super::sink::Sink;
 use super::telemetry::At;
-use super::{LinkQuality, Metadata, RecordingError, SessionEvent, Stated, TelemetryRow};
+use super::{LinkQuality, MeasuredPose, Metadata, RecordingError, SessionEvent, Stated, TelemetryRow};
 
 /// What may wait in memory for a flush, bytes.
 const MOST_WAITING: usize = 64 << 10;
@@ -109,6 +109,8 @@ struct SampleMessage {
     supply_v: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     battery_v: Option<f32>,
+    #[serde(flatten)]
+    pose: Option<MeasuredPose>,
 }
 
 impl SessionRecorder {
@@ -229,6 +231,7 @@ impl SessionRecorder {
             estimate_speed_rad_per_s: finite(row.speed_rad_per_s),
             supply_v: row.supply_v.and_then(finite),
             battery_v,
+            pose: row.pose,
         };
         self.write(sample, t_s, &message)
     }

@@ -26,8 +26,21 @@ pub struct TelemetryRow {
     pub battery_v: Option<f32>,
     /// The bridge's supply, V, where measured: then in every row from the robot's first on.
     pub supply_v: Option<f32>,
+    /// Pose of the robot over the ground, where poses are measured: then in every row, with nothing in it but in the first row after each one.
+    pub pose: Option<MeasuredPose>,
     /// What the supervisor and the estimator say.
     pub stated: Stated,
+}
+
+/// The columns of a pose; nothing in a row at whose time none was measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MeasuredPose {
+    /// x and y over the ground, m.
+    pub x_m: Option<f64>,
+    /// As `x_m`.
+    pub y_m: Option<f64>,
+    /// Heading, rad, counter-clockwise.
+    pub yaw_rad: Option<f64>,
 }
 
 /// What holds for many ticks in a row.

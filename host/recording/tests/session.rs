@@ -24,6 +24,7 @@ fn row(tick: u64) -> TelemetryRow {
         speed_rad_per_s: 40.0 * wave,
         battery_v: Some(3.9),
         supply_v: None,
+        pose: None,
         stated: Stated {
             state: if tick < 40 { State::Idle } else { State::Speed },
             fault: None,

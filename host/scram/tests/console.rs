@@ -455,3 +455,36 @@ fn the_simulation_needs_no_keys_and_without_a_port_the_ports_are_listed() {
     assert_eq!(code, Some(1), "no terminal");
     assert!(stderr.contains("no terminal"), "{stderr}");
 }
+
+/// Pose to policy to radio to the robot's tasks to its motor to its body, and back by UDP: a policy of one layer that turns the robot back
+/// to where it looked keeps its heading, which a frequency alone turns by 5.6 °/s.
+#[test]
+fn a_simulated_robot_walks_by_its_poses() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("policy.json");
+    let settings = "[turn]\nfrequencies_hz = [-8, 8]\ninterval_s = 0.2\nepisode_s = 100";
+    let settings: learn::Settings = toml::from_str(settings).expect("a learning file");
+    let policy = serde_json::json!({
+        "robot": "scram-26", "direction": "left", "seed": 1, "updates": 0, "settings": settings,
+        "policy": { "layers": [{ "weights": [[0, 0, 1], [0, 0, -1]], "bias": [0, 0] }] },
+    });
+    std::fs::write(&file, policy.to_string()).expect("written");
+    let turned = |command: &str, name: &str| {
+        let out = directory.path().join(name);
+        let commands = format!("clear; {command}; wait 8s; stop");
+        let output = Command::new(env!("CARGO_BIN_EXE_scram"))
+            .args(["console", "--sim", "--poses", "127.0.0.1:0", "--alpha", "90", "--command", &commands, "--robot"])
+            .args([robot_file(), PathBuf::from("--out"), out.clone()])
+            .output()
+            .expect("scram runs");
+        let (code, stdout, stderr) = said(output);
+        assert_eq!(code, Some(0), "{stdout}{stderr}");
+        let loaded = load_with(&out.join("console-0001.mcap"), &ReadOptions::default()).expect("a recording");
+        let poses: Vec<[f64; 3]> = loaded.recording.pose.iter().copied().flatten().collect();
+        assert!(poses.len() > 600, "{} poses", poses.len());
+        let (first, last) = (poses[0], poses[poses.len() - 1]);
+        (last[2] - first[2]).to_degrees()
+    };
+    let (by_poses, without) = (turned(&format!("policy {}", file.display()), "by-poses"), turned("freq 8", "without"));
+    assert!(without.abs() > 30.0 && by_poses.abs() < 10.0, "{by_poses}° by its poses, {without}° without");
+}

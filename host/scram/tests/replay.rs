@@ -254,6 +254,7 @@ fn tell(recorder: &mut SessionRecorder, channel: RobotChannel, trace: &Trace, lo
             speed_rad_per_s: row.speed(),
             battery_v: Some(t.battery),
             supply_v: None,
+            pose: None,
             stated: Stated { state: t.state, fault: t.fault, tracking: t.tracking, failed_sensor: t.failed_sensor },
         };
         recorder.sample(channel, &told).unwrap();

@@ -46,7 +46,7 @@ pub use definition::{Definition, DriveKind, Start, thesis_frequencies_hz};
 pub use environments::{Environments, Reset, Steps};
 pub use error::TaskError;
 pub use maze::{Cell, Maze, Side};
-pub use observation::{Part, RAYS};
+pub use observation::{Part, RAYS, observed_pose};
 pub use shaft::RampedShaft;
 pub use specimen::{RANDOMIZED, Randomization};
 pub use task::{MazeRun, Pose, Straight, Task, Turn};

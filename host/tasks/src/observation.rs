@@ -66,6 +66,13 @@ const FASTEST_RAD_PER_S: f64 = 1000.0;
 /// π as a single-precision number may be rounded, rad.
 const ANGLE_RAD: f64 = std::f32::consts::PI as f64;
 
+/// [`Part::Pose`] of a robot whose x and y are against the start's.
+#[must_use]
+pub fn observed_pose(against_start: Pose, length_unit_m: f64) -> [f32; 3] {
+    [against_start.x / length_unit_m, against_start.y / length_unit_m, against_start.heading]
+        .map(|number| number as f32)
+}
+
 /// What is to be seen of a robot after a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen<'a> {
@@ -89,9 +96,9 @@ impl Seen<'_> {
         for part in parts {
             match part {
                 Part::Pose => {
-                    put((self.pose.x - self.start.x) / length_unit_m);
-                    put((self.pose.y - self.start.y) / length_unit_m);
-                    put(self.pose.heading);
+                    let (x, y) = (self.pose.x - self.start.x, self.pose.y - self.start.y);
+                    let against_start = Pose { x, y, heading: self.pose.heading };
+                    observed_pose(against_start, length_unit_m).into_iter().for_each(|number| put(number.into()));
                 }
                 Part::Velocity => {
                     let ([vx, vy, turning], (sin, cos)) = (self.velocity, self.pose.heading.sin_cos());

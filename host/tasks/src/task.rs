@@ -1,5 +1,7 @@
 //! Tasks and their rewards.
 
+use common::angle::wrap;
+
 use super::maze::Maze;
 
 /// Where a robot stands on the plane: the mean of its modules' centres, and the direction from its last module to its first.
@@ -18,6 +20,14 @@ impl Pose {
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.heading.is_finite()
+    }
+
+    /// The same in the frame of a robot that stands at `start`: x ahead of it, y to its left.
+    #[must_use]
+    pub fn seen_from(&self, start: Self) -> Self {
+        let (sin, cos) = start.heading.sin_cos();
+        let (x, y) = (self.x - start.x, self.y - start.y);
+        Self { x: cos * x + sin * y, y: cos * y - sin * x, heading: wrap(self.heading - start.heading) }
     }
 }
 

@@ -1,9 +1,11 @@
 //! `scram console`
 
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use clap::Args;
@@ -13,12 +15,12 @@ use miette::{IntoDiagnostic, Report, WrapErr, miette};
 use robot_file::Robot;
 use scram::console::runner::{self, End, Output};
 use scram::console::screen::{self, ScreenOptions};
-use scram::console::{Engine, HELP};
+use scram::console::{Engine, HELP, Poses};
 use testbed::realtime::{Options, Simulation};
 
 use super::pair::KeysFile;
-use super::simulated::simulate;
-use super::{Common, Failure, load_robot, print, print_json, push, say};
+use super::simulated::{send_poses, simulate};
+use super::{Common, Failure, load_robot, print, print_json, push, say, walk};
 
 /// A dongle that was just restarted by opening its port needs a second to boot.
 pub(super) const DONGLE_PATIENCE: Duration = Duration::from_secs(4);
@@ -42,7 +44,8 @@ const LIST_PATIENCE: Duration = Duration::from_secs(2);
         scram console --port /dev/ttyACM0\n  \
         scram console --port /dev/ttyACM0 --command \"freq 7; wait 2s; oscillate -100 100; wait 2s; stop\"\n  \
         scram console --sim --json --command \"get controller.limits.frequency_hz; status\"\n  \
-        scram console --port /dev/ttyACM0 --push out/latest-diagnose/robot.toml\n\n\
+        scram console --port /dev/ttyACM0 --push out/latest-diagnose/robot.toml\n  \
+        scram console --sim --poses 7701 --alpha 90 --command \"clear; policy out/latest-learn/policy.json; wait 20s\"\n\n\
         `scram console --commands` lists the commands.\n\n\
         Exit codes with --command and --script: 0 done, 1 it could not be done (no dongle, no robot, a full disk: not\n\
         everything was recorded), 2 wrong usage, 3 refused by the robot or too late, 4 no answer or no longer heard, 5 the robot stopped itself. However it ends, the\n\
@@ -72,6 +75,13 @@ pub struct Console {
     /// Pick the robot that commands are for: by name or address
     #[arg(long, value_name = "ROBOT")]
     pick: Option<String>,
+    /// Where the robots' poses come by UDP, for `policy`: a port of this computer alone, or an address of its own and a port. With
+    /// --sim the simulated robots walk and send them there
+    #[arg(long, value_name = "[ADDRESS:]PORT", value_parser = listen)]
+    poses: Option<SocketAddr>,
+    /// Of the simulated robots that walk, angle α by which their backbones are rolled, degrees, instead of the robot file's
+    #[arg(long, value_name = "DEG", value_parser = walk::alpha, allow_negative_numbers = true, requires_all = ["sim", "poses"])]
+    alpha: Option<f64>,
     /// List the commands
     #[arg(long)]
     commands: bool,
@@ -93,13 +103,20 @@ impl Console {
             HELP.iter().for_each(|(form, what)| print(&format!("{form:<20} {what}")));
             return Ok(ExitCode::SUCCESS);
         }
-        let robot = self.common.robot()?;
+        let mut robot = self.common.robot()?;
+        walk::roll(&mut robot, self.alpha)?;
+        // A port that is taken is said before a robot is called.
+        let poses = self.poses.map(|at| Poses::listen(at).map_err(|error| unheard(at, &error))).transpose()?;
+        let poses_at = poses.as_ref().map(Poses::address).transpose().into_diagnostic()?;
         // Alive as long as the console: it ends the simulation when it is dropped.
-        let (_simulation, keys, port) = self.connect(&robot)?;
+        let (_simulation, keys, port) = self.connect(&robot, poses_at)?;
         let line = SerialLine::open(&port).map_err(Report::from)?;
         let nonces = link::nonces().map_err(Report::from)?;
         let session = Session::open(line, &keys, nonces, DONGLE_PATIENCE).map_err(Report::from)?;
         let mut engine = Engine::new(session, if self.sim { "simulation".to_owned() } else { port });
+        if let Some(poses) = poses {
+            engine.take_poses(poses);
+        }
         if let Some(which) = &self.pick {
             engine.submit(&format!("robot {which}")).map_err(|problem| Failure::Usage(miette!("--pick: {problem}")))?;
         }
@@ -114,10 +131,16 @@ impl Console {
     }
 
     /// The port, and the keys of the robots behind it.
-    fn connect(&self, robot: &Robot) -> Result<(Option<Simulation>, Keys, String), Failure> {
+    fn connect(&self, robot: &Robot, poses: Option<SocketAddr>) -> Result<(Option<Simulation>, Keys, String), Failure> {
         if self.sim {
-            let options = Options { seed: self.common.seed, ..Options::default() };
+            let (watcher, bodies) = channel();
+            let walk = Options { on_ground: true, watcher: Some(watcher), ..Options::default() };
+            let options = if poses.is_some() { walk } else { Options::default() };
+            let options = Options { seed: self.common.seed, ..options };
             let (simulation, keys) = simulate(robot, &self.common.robot, usize::from(self.robots), options)?;
+            if let Some(to) = poses {
+                send_poses(robot, bodies, to).into_diagnostic().wrap_err("no poses can be sent")?;
+            }
             let port = simulation.port().display().to_string();
             return Ok((Some(simulation), keys, port));
         }
@@ -291,6 +314,18 @@ impl Console {
             Output::Robot(_) => {}
         }
     }
+}
+
+/// `7701`, `192.168.1.2:7701`, `[::1]:7701`.
+fn listen(text: &str) -> Result<SocketAddr, String> {
+    let alone = text.parse::<u16>().map(|port| SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port));
+    alone.or_else(|_| text.parse()).map_err(|_| {
+        "poses come to a port, or to this computer's number and a port: 7701, 192.168.1.2:7701, [::1]:7701".into()
+    })
+}
+
+fn unheard(at: SocketAddr, error: &std::io::Error) -> Report {
+    miette!(help = "is the port taken, and is it a number of this computer?", "poses cannot be heard at {at}: {error}")
 }
 
 /// Runs commands to their end.

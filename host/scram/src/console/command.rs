@@ -14,6 +14,8 @@ pub enum ConsoleCommand {
     Drive(DriveCommand),
     /// Play a gait, by its name or the path of its file; sent first if the robot does not have it.
     Gait(String),
+    /// Let a policy drive by the robot's poses; the path of its file.
+    Policy(String),
     /// Stop the selected robot.
     Stop,
     /// Stop every robot.
@@ -48,6 +50,13 @@ pub enum ConsoleCommand {
     Quit,
 }
 
+impl ConsoleCommand {
+    /// Whether it says what a robot's motor does from then on; `stop` comes before all of these.
+    pub fn drives(&self) -> bool {
+        matches!(self, Self::Drive(_) | Self::Gait(_) | Self::Policy(_)) && *self != Self::Drive(DriveCommand::Clear)
+    }
+}
+
 /// Every command: how it is typed, and what it does.
 pub const HELP: &[(&str, &str)] = &[
     ("freq HZ", "hold an actuation frequency; positive is clockwise from above"),
@@ -58,6 +67,7 @@ pub const HELP: &[(&str, &str)] = &[
         "gait NAME",
         "play a gait of robots/gaits, or of a file; sent first, with the bridge off, if the robot has another",
     ),
+    ("policy FILE", "let a learned policy drive by the robot's poses: `--poses`"),
     ("coast", "bridge off, the shaft turns out"),
     ("idle", "bridge off"),
     ("stop", "bridge off, before everything else; `stop all`: every robot"),
@@ -98,6 +108,7 @@ fn one(text: &str) -> Result<ConsoleCommand, String> {
     let named = |what: &str| if rest.is_empty() { Err(format!("`{word}` needs {what}")) } else { Ok(rest.to_owned()) };
     match word {
         "gait" => named("the name of a gait or its file").map(ConsoleCommand::Gait),
+        "policy" => named("the file of a policy").map(ConsoleCommand::Policy),
         "stop" if rest == "all" => Ok(ConsoleCommand::StopAll),
         "stop" => bare(ConsoleCommand::Stop),
         "get" => Ok(ConsoleCommand::Get(parameter(rest)?)),
@@ -263,6 +274,7 @@ mod tests {
             ("set frequency_hz 1e9", "must be from"),
             ("robot", "needs a number"),
             ("gait", "needs the name of a gait"),
+            ("policy", "needs the file of a policy"),
             ("script gait.txt; stop", "stands alone"),
         ] {
             let error = parse(line).expect_err(line);

@@ -52,7 +52,7 @@ pub(super) fn complete<'a>(line: &str, cursor: usize, robots: impl Iterator<Item
             .map(|name| Candidate { text: name.to_owned(), help: String::new() })
             .collect(),
         "gait" if first_argument => gaits(part),
-        "script" => files(part),
+        "policy" | "script" => files(part),
         _ => Vec::new(),
     };
     Completion { start, candidates }

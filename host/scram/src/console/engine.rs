@@ -11,7 +11,9 @@ use control::{Fault, Sensor};
 use super::command::{self, ConsoleCommand};
 use super::complete::{Completion, complete};
 use super::context::Context;
+use super::feedback::{Act, Feedback};
 use super::model::{Level, Model, RobotModel};
+use super::poses::{Came, Poses};
 use super::program::{Later, Program};
 use super::reports;
 use super::requests::{CommandOutcome, Requests};
@@ -31,6 +33,9 @@ pub struct Engine<L: Line> {
     session_log: Option<SessionLog>,
     requests: Requests,
     program: Option<Program>,
+    poses: Option<Poses>,
+    /// Of each robot that a policy drives.
+    policies: Vec<Feedback>,
     quit: bool,
     /// When link and file sizes are looked at again.
     refresh_due: Duration,
@@ -58,9 +63,16 @@ impl<L: Line> Engine<L> {
             session_log: None,
             requests: Requests::default(),
             program: None,
+            poses: None,
+            policies: Vec::new(),
             quit: false,
             refresh_due: Duration::ZERO,
         }
+    }
+
+    /// Takes the robots' poses from here.
+    pub fn take_poses(&mut self, poses: Poses) {
+        self.poses = Some(poses);
     }
 
     /// Records everything from now on into a new file of a directory.
@@ -69,7 +81,7 @@ impl<L: Line> Engine<L> {
     /// The file cannot be made.
     pub fn record(&mut self, directory: &Path, tick_s: f64) -> Result<(), RecordingError> {
         let names: Vec<String> = self.model.robots.iter().map(|robot| robot.name.clone()).collect();
-        let session_log = SessionLog::begin(directory, &names, tick_s, self.session.now())?;
+        let session_log = SessionLog::begin(directory, &names, tick_s, self.poses.is_some(), self.session.now())?;
         self.model.recording = Some(session_log.model());
         self.session_log = Some(session_log);
         Ok(())
@@ -111,7 +123,9 @@ impl<L: Line> Engine<L> {
             self.refresh_due = self.model.now + REFRESH;
             self.refresh();
         }
+        self.see();
         self.go_on();
+        self.act();
         Ok(happened)
     }
 
@@ -125,7 +139,7 @@ impl<L: Line> Engine<L> {
         match commands.as_slice() {
             [] => Ok(()),
             [ConsoleCommand::Script(path)] => self.run_script(path),
-            [only] if !matches!(only, ConsoleCommand::Drive(_) | ConsoleCommand::Gait(_) | ConsoleCommand::Wait(_)) => {
+            [only] if !matches!(only, ConsoleCommand::Drive(_) | ConsoleCommand::Wait(_)) && !only.drives() => {
                 self.execute(only, line.trim(), robot)
             }
             _ => {
@@ -184,6 +198,7 @@ impl<L: Line> Engine<L> {
                 let _ = self.session.stop(RobotId(index));
                 self.model.robots[index].target = None;
                 self.record_event(Some(index), &SessionEvent::Stop);
+                self.end_policy(index);
             }
         }
         self.model.log(only, Level::Warning, if only.is_none() { "STOP all" } else { "STOP" });
@@ -198,6 +213,7 @@ impl<L: Line> Engine<L> {
 
     /// Stops every robot, whether it seems to drive or not, waits until each says so, and ends the recording.
     pub fn finish(&mut self) {
+        self.policies.clear();
         self.end_program("the console ends");
         let start = self.session.now();
         let _ = self.session.stop_all();
@@ -221,7 +237,11 @@ impl<L: Line> Engine<L> {
 
     /// Does a command for a robot.
     fn execute(&mut self, command: &ConsoleCommand, text: &str, robot: usize) -> Result<(), String> {
+        if command.drives() {
+            self.end_policy(robot);
+        }
         match command {
+            ConsoleCommand::Policy(file) => self.begin_policy(file, robot)?,
             ConsoleCommand::Stop => {
                 // The motor of a script that runs is meant, too, whichever robot is looked at.
                 if let Some(other) = self.program.as_ref().map(|program| program.robot).filter(|other| *other != robot)
@@ -275,6 +295,7 @@ impl<L: Line> Engine<L> {
                 self.model.robots[index].target = None;
                 let text = "is not heard any more: it stops by itself within half a second";
                 self.model.log(Some(index), Level::Bad, text);
+                self.end_policy(index);
                 self.end_program("a robot is not heard any more");
             }
             Event::Telemetry(batch) => {
@@ -295,8 +316,13 @@ impl<L: Line> Engine<L> {
             Event::Answered { number, request, tick, outcome } => {
                 let tick = tick.and_then(|period| self.session_log.as_ref()?.tick_of(index, period));
                 let (requests, mut context) = self.requests();
+                let of_policy = requests.is_of_policy(robot, number);
                 if requests.answered(&mut context, robot, number, request, tick, outcome) {
                     self.end_program("a command of it was not done");
+                    // What a policy could not do, or did not hear of, is not what it reckons with.
+                    if of_policy || outcome.stops() {
+                        self.stop_policy(robot.0);
+                    }
                 }
             }
             Event::Stopped => self.model.log(Some(index), Level::Good, "has stopped"),
@@ -336,6 +362,7 @@ impl<L: Line> Engine<L> {
             let (what, advice) = link::fault(fault);
             self.model.log(Some(index), Level::Bad, format!("FAULT: {what}"));
             self.model.log(Some(index), Level::Note, advice);
+            self.end_policy(index);
             if fault != Fault::Restarted {
                 self.end_program("a robot stopped itself");
             }
@@ -434,6 +461,71 @@ impl<L: Line> Engine<L> {
             command => self.execute(command, text, robot)?,
         }
         Ok(())
+    }
+
+    /// Lets a policy drive a robot.
+    fn begin_policy(&mut self, file: &str, robot: usize) -> Result<(), String> {
+        if self.poses.is_none() {
+            return Err("it drives by the robot's poses, and the console hears none: begin it with --poses".into());
+        }
+        self.policies.push(Feedback::load(file, robot)?);
+        self.model.log(Some(robot), Level::Note, format!("{file} drives"));
+        Ok(())
+    }
+
+    /// Takes the poses that have come.
+    fn see(&mut self) {
+        let Some(poses) = &mut self.poses else { return };
+        let (now, model) = (self.model.now, &mut self.model);
+        let came = poses.take(now, model.robots.len(), &|name| reports::find(model, name));
+        for came in came {
+            match came {
+                Came::Pose(robot, pose) => {
+                    if let Some(session_log) = &mut self.session_log {
+                        session_log.pose(robot, pose, now);
+                    }
+                }
+                Came::Wrong(problem) => model.log(None, Level::Bad, problem),
+            }
+        }
+    }
+
+    /// Lets the policies act, each once what it gave before has come to its end.
+    fn act(&mut self) {
+        for index in 0..self.policies.len() {
+            let policy = &mut self.policies[index];
+            let (robot, settled) = (policy.robot, !self.requests.is_pending(RobotId(policy.robot)));
+            let last = self.poses.as_ref().and_then(|poses| poses.last(robot));
+            match policy.act(self.model.now, last, settled) {
+                Act::Nothing => {}
+                Act::Give(step) => {
+                    let name = policy.name.clone();
+                    let (requests, mut context) = self.requests();
+                    requests.act(&mut context, robot, step.into(), &name);
+                }
+                Act::Blind => {
+                    let text = format!("policy {}", policy.name);
+                    let problem = "no pose of the robot has come for 0.3 s: it is told to stop".to_owned();
+                    self.model.log(Some(robot), Level::Bad, format!("{text}: {problem}"));
+                    self.requests.reply(CommandOutcome { robot, text, outcome: Err(problem), parameter: None });
+                    self.end_program("a policy of it saw no pose");
+                    // The others act when this is called again.
+                    return self.stop_policy(robot);
+                }
+            }
+        }
+    }
+
+    /// Stops a robot that a policy drives, and no other.
+    fn stop_policy(&mut self, robot: usize) {
+        if self.policies.iter().any(|policy| policy.robot == robot) {
+            self.stop_robots(Some(robot));
+        }
+    }
+
+    /// The policy that drives a robot drives it no more.
+    fn end_policy(&mut self, robot: usize) {
+        self.policies.retain(|policy| policy.robot != robot);
     }
 
     fn end_program(&mut self, why: &str) {

@@ -7,7 +7,9 @@ mod command;
 mod complete;
 mod context;
 pub mod engine;
+mod feedback;
 pub mod model;
+mod poses;
 mod program;
 mod reports;
 mod requests;
@@ -17,6 +19,7 @@ mod session_log;
 
 pub use complete::{Candidate, Completion};
 pub use engine::Engine;
+pub use poses::{PoseDatagram, Poses};
 pub use requests::{CommandOutcome, parameter_line};
 
 /// Every command: how it is typed, and what it does.
@@ -38,6 +41,7 @@ pub fn check_remote(line: &str) -> Result<(), String> {
     let refused = command::parse(line)?.into_iter().find_map(|command| match command {
         command::ConsoleCommand::Script(_) => Some("`script` reads a file: start it where the console runs"),
         command::ConsoleCommand::Gait(_) => Some("`gait` reads a file: start it where the console runs"),
+        command::ConsoleCommand::Policy(_) => Some("`policy` reads a file: start it where the console runs"),
         command::ConsoleCommand::Quit => Some("`quit` ends the console: do that where it runs"),
         _ => None,
     });

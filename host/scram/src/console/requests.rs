@@ -13,6 +13,7 @@ use super::session_log;
 use link::{Line, Outcome, RobotId};
 use recording::SessionEvent;
 use robot_file::gait::GaitFile;
+use simulation::DriveCommand;
 
 /// Values that `undo` can bring back.
 const UNDOS: usize = 100;
@@ -51,6 +52,8 @@ struct PendingCommand {
 enum Why {
     /// A person wants to know.
     Asked,
+    /// A policy acts: only what is not done is worth a word.
+    Policy,
     /// A `set` wants to know what was there before.
     Before(u16),
     /// It is the `set`, and what it replaces, once that is known.
@@ -76,6 +79,17 @@ impl Requests {
     /// Every command has come to its end.
     pub fn is_empty(&self) -> bool {
         self.pending.is_empty()
+    }
+
+    /// Whether a robot has been sent something that has not come to its end.
+    pub fn is_pending(&self, robot: RobotId) -> bool {
+        self.pending.iter().any(|request| request.robot == robot)
+    }
+
+    /// Whether a policy gave this command.
+    pub fn is_of_policy(&self, robot: RobotId, number: u16) -> bool {
+        let of_policy = |request: &PendingCommand| request.why == Why::Policy && request.number == number;
+        self.pending.iter().any(|request| request.robot == robot && of_policy(request))
     }
 
     /// Gives a command to a robot.
@@ -105,6 +119,12 @@ impl Requests {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Gives a robot what a policy chose.
+    pub fn act<L: Line>(&mut self, context: &mut Context<'_, L>, robot: usize, command: DriveCommand, policy: &str) {
+        let text = format!("{command} ({policy})");
+        self.request(context, robot, Request::Command(command.to_control()), text, Why::Policy);
     }
 
     /// Plays a gait; sends it first, unless the robot says that it has it.
@@ -180,8 +200,11 @@ impl Requests {
             return false;
         }
         context.record_event(Some(robot.0), &session_log::answer(request, tick, outcome));
-        tell(context.model, robot.0, &text, request, outcome, value);
         follow(context.model, robot.0, request, outcome, &text);
+        if why == Why::Policy && matches!(outcome, Outcome::Done(_)) {
+            return false;
+        }
+        tell(context.model, robot.0, &text, request, outcome, value);
         let parameter = match request {
             Request::Get(index) | Request::Set { index, .. } => Some(index),
             _ => None,
@@ -229,9 +252,8 @@ fn follow(model: &mut Model, robot: usize, request: Request, outcome: Outcome, t
         (Request::Command(command), Outcome::Done(_)) => {
             shown.target = command.event().drives().then(|| text.to_owned());
         }
-        // The session stops it, or did before.
-        (_, Outcome::Unanswered | Outcome::Overtaken | Outcome::Absent) => shown.target = None,
-        (_, Outcome::Done(_) | Outcome::Refused(_) | Outcome::TooLate) => {}
+        (_, outcome) if outcome.stops() => shown.target = None,
+        _ => {}
     }
 }
 

@@ -1,5 +1,6 @@
 //! The recording of a console session.
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -7,16 +8,20 @@ use control::parameters::table;
 use control::protocol::radio::{Batch, Request};
 
 use super::model::RecordingModel;
+use super::poses;
 use link::{Outcome, Quality, outcome};
 use recording::{
-    self, LinkQuality, Metadata, ParameterValue, RecordingError, RobotChannel, SessionEvent, SessionRecorder, Stated,
-    TelemetryRow,
+    self, LinkQuality, MeasuredPose, Metadata, ParameterValue, RecordingError, RobotChannel, SessionEvent,
+    SessionRecorder, Stated, TelemetryRow,
 };
+use tasks::Pose;
 
 /// Longest time until a received sample is handed to the operating system.
 const FLUSH: Duration = Duration::from_millis(200);
 /// Distance between a tick's time and its arrival, s, beyond which the tick belongs to another count.
 const FAR_S: f64 = 0.3;
+/// Poses that wait for a tick: some seconds of them, in which a robot is not heard.
+const WAITING_POSES: usize = 1000;
 /// Interval at which the link's quality is recorded.
 const LINK: Duration = Duration::from_secs(1);
 
@@ -26,6 +31,8 @@ pub(super) struct SessionLog {
     path: PathBuf,
     failed: Option<String>,
     robots: Vec<Clock>,
+    /// Whether poses are measured: then every row has their columns.
+    with_poses: bool,
     flush_due: Duration,
     link_due: Duration,
 }
@@ -39,11 +46,19 @@ struct Clock {
     tick: u64,
     /// Its tick numbers may not go on from the last.
     restarted: bool,
+    /// Poses that have come, of which no tick is known that was later, with their times in the session.
+    poses: VecDeque<(f64, Pose)>,
 }
 
 impl SessionLog {
     /// Begins the first file `console-NNNN.mcap` of a directory that is not there yet.
-    pub fn begin(directory: &Path, names: &[String], tick_s: f64, now: Duration) -> Result<Self, RecordingError> {
+    pub fn begin(
+        directory: &Path,
+        names: &[String],
+        tick_s: f64,
+        with_poses: bool,
+        now: Duration,
+    ) -> Result<Self, RecordingError> {
         let metadata = Metadata { excitation: Some("console".into()), ..Metadata::default() };
         let mut number = 1;
         let mut recorder = loop {
@@ -55,10 +70,19 @@ impl SessionLog {
         };
         let mut robots = Vec::new();
         for name in names {
-            robots.push(Clock { channel: Some(recorder.robot(name)?), tick_s, next: None, tick: 0, restarted: false });
+            let channel = Some(recorder.robot(name)?);
+            robots.push(Clock { channel, tick_s, next: None, tick: 0, restarted: false, poses: VecDeque::new() });
         }
         let path = recorder.path().to_owned();
-        Ok(Self { recorder: Some(recorder), path, failed: None, robots, flush_due: now + FLUSH, link_due: now })
+        Ok(Self {
+            recorder: Some(recorder),
+            path,
+            failed: None,
+            robots,
+            with_poses,
+            flush_due: now + FLUSH,
+            link_due: now,
+        })
     }
 
     /// What to show of it.
@@ -83,8 +107,9 @@ impl SessionLog {
         };
         let battery_v = (batch.battery_mv > 0).then(|| f32::from(batch.battery_mv) * 1e-3);
         for ((index, row), time_us) in (0_u32..).zip(&batch.rows).zip(batch.times_us()) {
+            let t_s = start_s + f64::from(index) * tick_s;
             let row = TelemetryRow {
-                t_s: start_s + f64::from(index) * tick_s,
+                t_s,
                 tick: first + u64::from(index),
                 time_us: Some(time_us),
                 adc: row.code,
@@ -94,11 +119,22 @@ impl SessionLog {
                 speed_rad_per_s: row.speed(),
                 battery_v,
                 supply_v: None,
+                pose: self.with_poses.then(|| self.robots[robot].pose(t_s)),
                 stated,
             };
             self.write(|recorder| channel.map_or(Ok(()), |channel| recorder.sample(channel, &row)));
         }
         missing
+    }
+
+    /// A pose of a robot, for its next tick.
+    pub fn pose(&mut self, robot: usize, pose: Pose, at: Duration) {
+        if let Some(clock) = self.robots.get_mut(robot) {
+            if clock.poses.len() == WAITING_POSES {
+                clock.poses.pop_front();
+            }
+            clock.poses.push_back((at.as_secs_f64(), pose));
+        }
     }
 
     /// Number in the recording of a control period of a robot, before or after the telemetry of it has come.
@@ -174,6 +210,12 @@ impl SessionLog {
 }
 
 impl Clock {
+    /// The last pose that had come by the time of a tick and that no tick before has; nothing where none has.
+    fn pose(&mut self, t_s: f64) -> MeasuredPose {
+        let come = self.poses.partition_point(|(at_s, _)| *at_s <= t_s);
+        self.poses.drain(..come).next_back().map(|(_, pose)| poses::measured(pose)).unwrap_or_default()
+    }
+
     /// How many ticks are missing before a message, and its time in the session: by the robot's ticks from the first one
     /// on, and anew where the robot has restarted.
     fn place(&mut self, batch: &Batch, at: Duration) -> (u64, f64) {

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use ::learn::turning::{self, Contender, Judged, Robots};
-use ::learn::{Direction, Gait, Played, Policy, Progress, Saved, Settings, Training};
+use ::learn::{Direction, Gait, Played, PolicyFile, Progress, Saved, Training};
 use clap::Args;
 use miette::{IntoDiagnostic, Report};
 use plot::{TurningRun, turning_svg, under_title};
 use robot_file::gait::{GaitFile, GaitStep};
+use serde::Serialize;
 use serde::ser::SerializeMap;
-use serde::{Deserialize, Serialize};
 
 use super::super::run_directory::LEARNED;
 use super::super::{Done, print, print_json, say, table, write};
@@ -80,17 +80,6 @@ struct Output<'a> {
     steps: usize,
     gaits: &'a [Row],
     files: Vec<PathBuf>,
-}
-
-/// A policy with what made it, as it is written.
-#[derive(Serialize, Deserialize)]
-struct PolicyFile {
-    robot: String,
-    direction: Direction,
-    seed: u64,
-    updates: usize,
-    settings: Settings,
-    policy: Policy,
 }
 
 impl TurnCommand {
@@ -284,9 +273,8 @@ fn picture(rows: &[Row]) -> Result<String, Report> {
         let times = (0..played.actions.len()).map(|step| step as f64 * definition.interval_s);
         let start = played.path[0];
         let about = |pose: &tasks::Pose| {
-            let (x, y) = (1e3 * (pose.x - start.x), 1e3 * (pose.y - start.y));
-            let (sin, cos) = start.heading.sin_cos();
-            [cos * x + sin * y, cos * y - sin * x, pose.heading - start.heading]
+            let tasks::Pose { x, y, heading } = pose.seen_from(start);
+            [1e3 * x, 1e3 * y, heading]
         };
         let known = definition.actions();
         Some(TurningRun {
