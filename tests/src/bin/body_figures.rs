@@ -20,8 +20,8 @@ struct Arguments {
     /// Only campaigns whose name contains this; may be given several times.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Without the campaigns that take minutes or time what an idle machine alone does well (same-law, corrected, rate,
-    /// equal-error, sweep, instructions).
+    /// Without the campaigns that take minutes or time what an idle machine alone does well (hundred-backbones, two-robots,
+    /// twelve-robots, same-law, speeds, corrected, rate, equal-error, sweep, instructions)
     #[arg(long)]
     quick: bool,
     #[command(flatten)]

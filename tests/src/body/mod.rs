@@ -59,11 +59,12 @@ impl PeerSetup {
 }
 
 /// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
-pub const SLOW: [&str; 9] = [
+pub const SLOW: [&str; 10] = [
     "hundred-backbones",
     "two-robots",
     "twelve-robots",
     "same-law",
+    "speeds",
     "corrected",
     "rate",
     "equal-error",
@@ -79,7 +80,7 @@ pub const CAMPAIGNS: [Campaign; 21] = [
     ("oscillation", oscillation::rows),
     ("paths", paths::rows),
     ("air", air::rows),
-    ("six-backbones", backbone::quick_rows),
+    ("two-backbones", backbone::quick_rows),
     ("hundred-backbones", backbone::rows),
     ("two-robots", robots::quick_rows),
     ("twelve-robots", robots::rows),

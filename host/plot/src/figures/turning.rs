@@ -1,6 +1,7 @@
 //! A robot that turns in place: what its shaft was to do, and where it went, as the thesis's Fig. 5.4.
 
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use robot_file::gait::GaitStep;
 
 use super::{Area, Drawn, FigureError, Margins, Scale, axes, font, sheet};
@@ -27,6 +28,12 @@ const PROFILE: i32 = 190;
 const MARGINS: Margins = Margins { left: 74, right: 20, top: 40, bottom: 50 };
 /// Over everything.
 const TITLE: i32 = 40;
+/// Points of a path that are drawn, about.
+const POINTS: usize = 500;
+/// Changes of what a shaft is to do that can still be told apart side by side.
+const CHANGES: usize = 40;
+/// What is held for this share of the time has room for its name.
+const NAMED: f64 = 0.2;
 /// Arrows along a path, about, and their length as a share of the side.
 const ARROWS: usize = 12;
 const ARROW_LENGTH: f64 = 0.07;
@@ -55,7 +62,8 @@ fn draw_path(area: &Area<'_>, run: &TurningRun, [x, y]: [f64; 2], half: f64) -> 
     let x = Scale { range: (x - half, x + half), words: "forward / mm", marks: 7 };
     let y = Scale { range: (y - half, y + half), words: "to the left / mm", marks: 7 };
     let mut chart = axes(area, MARGINS, &x, &y)?;
-    chart.draw_series(LineSeries::new(run.path.iter().map(|p| (p[0], p[1])), LINE.stroke_width(2)))?;
+    let drawn = run.path.iter().step_by(run.path.len().div_ceil(POINTS).max(1));
+    chart.draw_series(LineSeries::new(drawn.map(|p| (p[0], p[1])), LINE.stroke_width(2)))?;
     let every = run.path.len().div_ceil(ARROWS).max(1);
     for [x, y, heading] in run.path.iter().step_by(every) {
         let (sin, cos) = heading.sin_cos();
@@ -72,10 +80,12 @@ fn draw_path(area: &Area<'_>, run: &TurningRun, [x, y]: [f64; 2], half: f64) -> 
 
 fn draw_profile(area: &Area<'_>, run: &TurningRun) -> Drawn {
     const ABOVE: Margins = Margins { top: 8, ..MARGINS };
-    let x = Scale { range: (0.0, run.seconds), words: "time / s", marks: 7 };
-    let ends = run.orders.iter().skip(1).map(|(t, _)| *t).chain([run.seconds]);
-    let held: Vec<(f64, f64, GaitStep)> =
-        run.orders.iter().zip(ends).map(|((from, what), to)| (*from, to, *what)).collect();
+    let (held, until) = held(run);
+    let words = match until < run.seconds {
+        true => format!("time / s, the beginning of {:.0} s", run.seconds),
+        false => "time / s".to_owned(),
+    };
+    let x = Scale { range: (0.0, until), words: &words, marks: 7 };
     let swings: Vec<[f64; 2]> = held.iter().filter_map(|(_, _, what)| angles(what)).collect();
     if swings.is_empty() {
         let hz = |what: &GaitStep| if let GaitStep::Frequency(hz) = what { *hz } else { 0.0 };
@@ -88,13 +98,35 @@ fn draw_profile(area: &Area<'_>, run: &TurningRun) -> Drawn {
     // Where the shaft swings, and where it turns round and round.
     let low = swings.iter().fold(-180.0_f64, |low, [from, _]| low.min(*from));
     let high = swings.iter().fold(180.0_f64, |high, [_, to]| high.max(*to));
-    let y = Scale { range: (low, high), words: "angle of the shaft / °", marks: 5 };
+    let edge = 0.05 * (high - low);
+    let y = Scale { range: (low - edge, high + edge), words: "angle of the shaft / °", marks: 5 };
     let mut chart = axes(area, ABOVE, &x, &y)?;
     for (start, end, what) in &held {
         let ([from, to], colour) = angles(what).map_or(([low, high], ARROW), |angles| (angles, LINE));
         chart.draw_series([Rectangle::new([(*start, from), (*end, to)], colour.mix(0.35).filled())])?;
+        if end - start >= NAMED * until {
+            let middle = font(14).pos(Pos::new(HPos::Center, VPos::Center));
+            chart.draw_series([Text::new(what.to_string(), (0.5 * (start + end), 0.5 * (from + to)), middle)])?;
+        }
     }
     Ok(())
+}
+
+/// What the shaft was to do from when to when, one thing after the other, and where that ends: so early that each can be seen.
+fn held(run: &TurningRun) -> (Vec<(f64, f64, GaitStep)>, f64) {
+    let mut held: Vec<(f64, f64, GaitStep)> = Vec::new();
+    let ends = run.orders.iter().skip(1).map(|(t, _)| *t).chain([run.seconds]);
+    for ((from, what), end) in run.orders.iter().zip(ends) {
+        if let Some((_, until, _)) = held.last_mut().filter(|(.., before)| before == what) {
+            *until = end;
+        } else if held.len() == CHANGES {
+            break;
+        } else {
+            held.push((*from, end, *what));
+        }
+    }
+    let until = held.last().map_or(run.seconds, |(_, until, _)| *until);
+    (held, until)
 }
 
 /// Between which angles the shaft swings, degrees, if it does.
@@ -116,6 +148,23 @@ fn extent(runs: &[TurningRun]) -> ([f64; 2], f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_goes_on_is_one_thing_and_only_so_many_changes_are_shown() {
+        let orders =
+            |every: usize| (0..1000).map(move |i| (0.01 * i as f64, if i / every % 2 == 0 { 8.0 } else { -8.0 }));
+        let run = |every: usize| TurningRun {
+            title: String::new(),
+            orders: orders(every).map(|(t, hz)| (t, hz.into())).collect(),
+            seconds: 10.0,
+            path: vec![],
+        };
+        let (slow, until) = held(&run(500));
+        assert_eq!((slow, until), (vec![(0.0, 5.0, 8.0.into()), (5.0, 10.0, (-8.0).into())], 10.0));
+        let (fast, until) = held(&run(5));
+        assert_eq!((fast.len(), fast[1]), (CHANGES, (0.05, 0.1, (-8.0).into())));
+        assert!((until - 0.05 * CHANGES as f64).abs() < 1e-9, "{until}");
+    }
 
     #[test]
     fn a_frequency_is_held_and_every_run_has_its_title() {

@@ -284,5 +284,9 @@ fn picture(rows: &[Row]) -> Result<String, Report> {
             path: played.path.iter().map(about).collect(),
         })
     };
-    Ok(turning_svg("", &rows.iter().filter_map(run).collect::<Vec<_>>())?)
+    // The oscillation on the smallest circle is often the best one.
+    let is_new =
+        |(index, row): &(usize, &Row)| rows[..*index].iter().all(|before| before.contender.gait != row.contender.gait);
+    let new = rows.iter().enumerate().filter(is_new).map(|(_, row)| row);
+    Ok(turning_svg("", &new.filter_map(run).collect::<Vec<_>>())?)
 }
