@@ -51,10 +51,10 @@ pub enum LearnError {
         /// Why.
         problem: String,
     },
-    /// A policy wants to see more than what is measured from outside.
-    #[error("the policy observes more than the pose, which is all that is measured")]
-    #[diagnostic(help("train one with `observe = [\"pose\"]` in the table [turn] of the learning file"))]
-    Unmeasured,
+    /// A policy that no robot can be driven by: why, and with what in its learning file it could.
+    #[error("no robot can be driven by this policy: {0}")]
+    #[diagnostic(help("train one with `{1}` in the table [turn] of the learning file"))]
+    Unplayable(&'static str, &'static str),
     /// A checkpoint is not one of this training.
     #[error("the checkpoint is of another training: {0}")]
     #[diagnostic(help("begin anew in another directory, or with what the checkpoint was begun with"))]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use robot_file::gait::GaitStep;
 use serde::{Deserialize, Serialize};
-use tasks::{Definition, Part, Pose};
+use tasks::{Definition, DriveKind, Part, Pose};
 
 use super::LearnError;
 use super::policy::Policy;
@@ -32,12 +32,13 @@ impl PolicyFile {
     /// Reads one.
     ///
     /// # Errors
-    /// It cannot be read, is none, or its network does not fit its learning file.
+    /// It cannot be read, is none, its learning file has a number out of its range, or its network does not fit it.
     pub fn load(path: &Path) -> Result<Self, LearnError> {
         let wrong = |problem: String| LearnError::Policy { path: path.to_owned(), problem };
         let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
         let file: Self = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
         let definition = file.definition();
+        definition.check()?;
         let (seen, acts) = (definition.observation_size(), definition.actions().len());
         match file.policy.sizes() {
             None => Err(wrong("its layers do not fit each other".to_owned())),
@@ -73,11 +74,15 @@ impl PolicyPlayer {
     /// Plays it from the beginning.
     ///
     /// # Errors
-    /// It observes more than a pose: that is all that is measured.
+    /// It observes more than a pose, which is all that is measured; or it was learned with a shaft that follows its frequency at once,
+    /// which no motor does.
     pub fn new(file: PolicyFile) -> Result<Self, LearnError> {
         let definition = file.definition();
         if definition.parts != [Part::Pose] {
-            return Err(LearnError::Unmeasured);
+            return Err(LearnError::Unplayable("it observes more than the pose", r#"observe = ["pose"]"#));
+        }
+        if definition.drive != DriveKind::Motor {
+            return Err(LearnError::Unplayable("it was learned without a motor", r#"drive = "motor""#));
         }
         let actions = definition.actions();
         Ok(Self { policy: file.policy, definition, actions, begun: None })
@@ -107,7 +112,8 @@ mod tests {
 
     /// Chooses its last action where the robot is more than 20 mm ahead of its start, its first one otherwise.
     fn file() -> PolicyFile {
-        let settings: Settings = toml::from_str("[turn]\ninterval_s = 0.5\nepisode_s = 2").expect("a learning file");
+        let settings: Settings =
+            toml::from_str("[turn]\ndrive = \"motor\"\ninterval_s = 0.5\nepisode_s = 2").expect("a learning file");
         let mut weights = vec![vec![0.0; 3]; 10];
         weights[9][0] = 1.0;
         let mut bias = vec![-9.0; 10];
@@ -149,14 +155,23 @@ mod tests {
         let mut other = good.clone();
         other.settings.turn.frequencies_hz.pop();
         assert!(said(&text(&other)).contains("chooses among 10 actions, its learning file has 3 and 9"));
+        let mut hasty = good.clone();
+        hasty.settings.turn.interval_s = -1.0;
+        assert!(said(&text(&hasty)).contains("interval_s"), "{}", said(&text(&hasty)));
         let ragged = text(&good).replacen("[0.0,0.0,0.0]", "[0.0,0.0]", 1);
         assert!(said(&ragged).contains("do not fit each other"), "{}", said(&ragged));
     }
 
     #[test]
-    fn what_is_not_measured_is_refused() {
-        let mut seeing = file();
-        seeing.settings.turn.observe.push(super::super::Observed::Shaft);
-        assert!(matches!(PolicyPlayer::new(seeing), Err(LearnError::Unmeasured)));
+    fn what_is_not_measured_and_what_no_motor_does_is_refused() {
+        let refused = |change: &dyn Fn(&mut super::super::Turning)| {
+            let mut file = file();
+            change(&mut file.settings.turn);
+            PolicyPlayer::new(file).expect_err("it is refused").to_string()
+        };
+        let seeing = refused(&|turn| turn.observe.push(super::super::Observed::Shaft));
+        assert!(seeing.contains("observes more than the pose"), "{seeing}");
+        let exact = refused(&|turn| turn.drive = super::super::Drive::Exact);
+        assert!(exact.contains("without a motor"), "{exact}");
     }
 }

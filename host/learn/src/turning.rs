@@ -15,7 +15,7 @@ use super::settings::{Direction, Settings};
 const CHOSEN_ON: u64 = 1 << 40;
 /// First seed of the episodes on which all are judged.
 const JUDGED_ON: u64 = 1 << 41;
-/// Steps for which an alternation holds a frequency: a whole swing of 100° or so takes one step of 40 ms.
+/// Steps for which an alternation holds a frequency: with a Δt of 20 ms a swing of 100° or so takes two.
 const HELD: [usize; 3] = [1, 2, 4];
 /// Amplitude of the thesis's oscillation, Fig. 5.4, rad.
 const AMPLITUDE_RAD: f64 = 100.0 * TAU / 360.0;

@@ -45,8 +45,10 @@ const COLUMNS: [(&str, Column); 13] = [
 
 /// Columns that are known and have no place in a recording in memory: what a simulation adds, what a controller was told and said.
 /// Not worth a note.
-const KNOWN_UNREAD: [&str; 11] = [
+const KNOWN_UNREAD: [&str; 12] = [
     "blind",
+    // Of a console that hears poses.
+    "pose_t_s",
     // For `scram replay`: see [`super::entries`].
     "tick",
     "time_us",

@@ -15,7 +15,7 @@ pub(super) fn sample_schema() -> Value {
             "t_s": { "type": number }, "tick": { "type": whole }, "time_us": { "type": whole }, "enable": { "type": whole },
             "duty": { "type": number }, "adc": { "type": whole }, "adc_second": { "type": whole }, "estimate_angle_rad": { "type": perhaps },
             "estimate_speed_rad_per_s": { "type": perhaps }, "supply_v": { "type": number },
-            "battery_v": { "type": number }, "x_m": { "type": perhaps }, "y_m": { "type": perhaps }, "yaw_rad": { "type": perhaps },
+            "battery_v": { "type": number }, "x_m": { "type": perhaps }, "y_m": { "type": perhaps }, "yaw_rad": { "type": perhaps }, "pose_t_s": { "type": perhaps },
         }),
     )
 }

@@ -91,7 +91,7 @@ impl From<mcap::McapError> for Why {
     }
 }
 
-/// `/NAME/sample`: only what changes with every tick, under the names of the columns.
+/// `/NAME/sample`: what changes with every tick or so, under the names of the columns.
 #[derive(Serialize)]
 struct SampleMessage {
     t_s: f64,

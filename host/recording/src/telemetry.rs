@@ -35,12 +35,14 @@ pub struct TelemetryRow {
 /// The columns of a pose; nothing in a row at whose time none was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MeasuredPose {
-    /// x and y over the ground, m.
+    /// x over the ground, m.
     pub x_m: Option<f64>,
-    /// As `x_m`.
+    /// y over the ground, m.
     pub y_m: Option<f64>,
-    /// Heading, rad, counter-clockwise.
+    /// Heading, rad, counter-clockwise, not wrapped.
     pub yaw_rad: Option<f64>,
+    /// When it was measured, on the clock of whoever measured it, s.
+    pub pose_t_s: Option<f64>,
 }
 
 /// What holds for many ticks in a row.

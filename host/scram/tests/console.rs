@@ -462,7 +462,7 @@ fn the_simulation_needs_no_keys_and_without_a_port_the_ports_are_listed() {
 fn a_simulated_robot_walks_by_its_poses() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("policy.json");
-    let settings = "[turn]\nfrequencies_hz = [-8, 8]\ninterval_s = 0.2\nepisode_s = 100";
+    let settings = "[turn]\ndrive = \"motor\"\nfrequencies_hz = [-8, 8]\ninterval_s = 0.2\nepisode_s = 100";
     let settings: learn::Settings = toml::from_str(settings).expect("a learning file");
     let policy = serde_json::json!({
         "robot": "scram-26", "direction": "left", "seed": 1, "updates": 0, "settings": settings,

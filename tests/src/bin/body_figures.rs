@@ -21,7 +21,7 @@ struct Arguments {
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
     /// Without the campaigns that take minutes or time what an idle machine alone does well (hundred-backbones, two-robots,
-    /// twelve-robots, same-law, speeds, corrected, rate, equal-error, sweep, instructions)
+    /// twelve-robots, same-law, speeds, roots, corrected, rate, equal-error, sweep, instructions)
     #[arg(long)]
     quick: bool,
     #[command(flatten)]

@@ -59,12 +59,13 @@ impl PeerSetup {
 }
 
 /// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
-pub const SLOW: [&str; 10] = [
+pub const SLOW: [&str; 11] = [
     "hundred-backbones",
     "two-robots",
     "twelve-robots",
     "same-law",
     "speeds",
+    "roots",
     "corrected",
     "rate",
     "equal-error",

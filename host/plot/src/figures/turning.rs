@@ -62,7 +62,7 @@ fn draw_path(area: &Area<'_>, run: &TurningRun, [x, y]: [f64; 2], half: f64) -> 
     let x = Scale { range: (x - half, x + half), words: "forward / mm", marks: 7 };
     let y = Scale { range: (y - half, y + half), words: "to the left / mm", marks: 7 };
     let mut chart = axes(area, MARGINS, &x, &y)?;
-    let drawn = run.path.iter().step_by(run.path.len().div_ceil(POINTS).max(1));
+    let drawn = run.path.iter().step_by(run.path.len().div_ceil(POINTS).max(1)).chain(run.path.last());
     chart.draw_series(LineSeries::new(drawn.map(|p| (p[0], p[1])), LINE.stroke_width(2)))?;
     let every = run.path.len().div_ceil(ARROWS).max(1);
     for [x, y, heading] in run.path.iter().step_by(every) {
@@ -82,7 +82,7 @@ fn draw_profile(area: &Area<'_>, run: &TurningRun) -> Drawn {
     const ABOVE: Margins = Margins { top: 8, ..MARGINS };
     let (held, until) = held(run);
     let words = match until < run.seconds {
-        true => format!("time / s, the beginning of {:.0} s", run.seconds),
+        true => format!("time / s, the beginning of {} s", run.seconds),
         false => "time / s".to_owned(),
     };
     let x = Scale { range: (0.0, until), words: &words, marks: 7 };

@@ -115,7 +115,7 @@ impl Console {
         let session = Session::open(line, &keys, nonces, DONGLE_PATIENCE).map_err(Report::from)?;
         let mut engine = Engine::new(session, if self.sim { "simulation".to_owned() } else { port });
         if let Some(poses) = poses {
-            engine.take_poses(poses);
+            engine.hear_poses(poses);
         }
         if let Some(which) = &self.pick {
             engine.submit(&format!("robot {which}")).map_err(|problem| Failure::Usage(miette!("--pick: {problem}")))?;

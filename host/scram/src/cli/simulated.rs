@@ -46,7 +46,7 @@ pub fn send_poses(robot: &Robot, bodies: Receiver<Vec<Snapshot>>, to: SocketAddr
         for (index, body) in bodies.into_iter().flat_map(|bodies| bodies.into_iter().enumerate()) {
             let [x_m, y_m, _] = body.centroid();
             let (name, t_s) = (name_of(&robot, index), body.time_s);
-            let pose = PoseDatagram { robot: Some(name), t_s: Some(t_s), x_m, y_m, yaw_rad: body.heading() };
+            let pose = PoseDatagram { robot: Some(name), t_s, x_m, y_m, yaw_rad: body.heading() };
             // What does not arrive is missed by the console, which says so.
             let _ = serde_json::to_vec(&pose).map(|bytes| socket.send_to(&bytes, to));
         }

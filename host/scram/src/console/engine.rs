@@ -11,14 +11,14 @@ use control::{Fault, Sensor};
 use super::command::{self, ConsoleCommand};
 use super::complete::{Completion, complete};
 use super::context::Context;
-use super::feedback::{Act, Feedback};
 use super::model::{Level, Model, RobotModel};
-use super::poses::{Came, Poses};
+use super::policy::{Choice, PATIENCE, PolicyDrive};
+use super::poses::{News, Poses};
 use super::program::{Later, Program};
 use super::reports;
-use super::requests::{CommandOutcome, Requests};
+use super::requests::{CommandOutcome, Requests, Undone};
 use super::session_log::SessionLog;
-use link::{Event, Heard, Line, LinkError, RobotId, Session};
+use link::{Event, Heard, Line, LinkError, Outcome, RobotId, Session};
 use recording::{RecordingError, SessionEvent};
 
 /// A robot says within this time that it has stopped.
@@ -35,7 +35,7 @@ pub struct Engine<L: Line> {
     program: Option<Program>,
     poses: Option<Poses>,
     /// Of each robot that a policy drives.
-    policies: Vec<Feedback>,
+    policies: Vec<PolicyDrive>,
     quit: bool,
     /// When link and file sizes are looked at again.
     refresh_due: Duration,
@@ -70,8 +70,8 @@ impl<L: Line> Engine<L> {
         }
     }
 
-    /// Takes the robots' poses from here.
-    pub fn take_poses(&mut self, poses: Poses) {
+    /// Hears the robots' poses from now on, which policies drive by.
+    pub fn hear_poses(&mut self, poses: Poses) {
         self.poses = Some(poses);
     }
 
@@ -104,7 +104,7 @@ impl<L: Line> Engine<L> {
 
     /// Everything that was sent has come to its end.
     fn is_settled(&self) -> bool {
-        self.requests.is_empty() && !self.session.robots().any(|(_, robot)| robot.is_stopping())
+        self.requests.is_settled() && !self.session.robots().any(|(_, robot)| robot.is_stopping())
     }
 
     /// Reads for some milliseconds, sends what is due, goes on with a script; whether something happened.
@@ -123,9 +123,9 @@ impl<L: Line> Engine<L> {
             self.refresh_due = self.model.now + REFRESH;
             self.refresh();
         }
-        self.see();
+        self.receive_poses();
         self.go_on();
-        self.act();
+        self.choose();
         Ok(happened)
     }
 
@@ -237,18 +237,15 @@ impl<L: Line> Engine<L> {
 
     /// Does a command for a robot.
     fn execute(&mut self, command: &ConsoleCommand, text: &str, robot: usize) -> Result<(), String> {
-        if command.drives() {
-            self.end_policy(robot);
-        }
         match command {
             ConsoleCommand::Policy(file) => self.begin_policy(file, robot)?,
             ConsoleCommand::Stop => {
-                // The motor of a script that runs is meant, too, whichever robot is looked at.
-                if let Some(other) = self.program.as_ref().map(|program| program.robot).filter(|other| *other != robot)
-                {
-                    self.stop_robots(Some(other));
-                }
-                self.stop_robots(Some(robot));
+                // The motors of a script that runs and of policies are meant, too, whichever robot is looked at.
+                let mut meant: Vec<usize> = self.policies.iter().map(|policy| policy.robot).collect();
+                meant.extend(self.program.as_ref().map(|program| program.robot));
+                meant.retain(|other| *other != robot);
+                meant.dedup();
+                meant.into_iter().chain([robot]).for_each(|robot| self.stop_robots(Some(robot)));
                 self.end_program("stopped");
             }
             ConsoleCommand::StopAll => self.stop_all(),
@@ -272,8 +269,14 @@ impl<L: Line> Engine<L> {
             // Only in programs.
             ConsoleCommand::Wait(_) => {}
             command => {
+                let ends_policy = command.drives() && self.policies.iter().any(|policy| policy.robot == robot);
                 let (requests, mut context) = self.requests();
                 requests.give(&mut context, command, text, robot)?;
+                if ends_policy {
+                    // What takes its place is done, or the robot is stopped: nobody steers what it does now.
+                    self.requests.must_be_done(RobotId(robot));
+                    self.end_policy(robot);
+                }
             }
         }
         Ok(())
@@ -316,13 +319,9 @@ impl<L: Line> Engine<L> {
             Event::Answered { number, request, tick, outcome } => {
                 let tick = tick.and_then(|period| self.session_log.as_ref()?.tick_of(index, period));
                 let (requests, mut context) = self.requests();
-                let of_policy = requests.is_of_policy(robot, number);
-                if requests.answered(&mut context, robot, number, request, tick, outcome) {
-                    self.end_program("a command of it was not done");
-                    // What a policy could not do, or did not hear of, is not what it reckons with.
-                    if of_policy || outcome.stops() {
-                        self.stop_policy(robot.0);
-                    }
+                let undone = requests.answered(&mut context, robot, number, request, tick, outcome);
+                if let Some(undone) = undone {
+                    self.undone(robot.0, undone, outcome);
                 }
             }
             Event::Stopped => self.model.log(Some(index), Level::Good, "has stopped"),
@@ -332,6 +331,22 @@ impl<L: Line> Engine<L> {
                     format!("speaks version {version:08x} of the protocol: flash it from this state of the project");
                 self.model.log(Some(index), Level::Bad, text);
             }
+        }
+    }
+
+    /// Something that a robot was given was not done.
+    fn undone(&mut self, robot: usize, undone: Undone, outcome: Outcome) {
+        let of_program = self.program.as_ref().is_some_and(|program| program.robot == robot);
+        match undone {
+            Undone::Typed | Undone::InsteadOfPolicy => self.end_program("a command of it was not done"),
+            Undone::OfPolicy if of_program => self.end_program("a policy's choice was not done"),
+            Undone::OfPolicy => {}
+        }
+        if outcome.stops() {
+            // The session has told it to stop.
+            self.end_policy(robot);
+        } else if undone != Undone::Typed {
+            self.stop_robots(Some(robot));
         }
     }
 
@@ -463,63 +478,69 @@ impl<L: Line> Engine<L> {
         Ok(())
     }
 
-    /// Lets a policy drive a robot.
+    /// Lets a policy drive a robot, in place of what drives it now.
     fn begin_policy(&mut self, file: &str, robot: usize) -> Result<(), String> {
         if self.poses.is_none() {
             return Err("it drives by the robot's poses, and the console hears none: begin it with --poses".into());
         }
-        self.policies.push(Feedback::load(file, robot)?);
-        self.model.log(Some(robot), Level::Note, format!("{file} drives"));
+        let policy = PolicyDrive::load(file, robot)?;
+        self.end_policy(robot);
+        self.note(robot, Level::Note, format!("policy {file} drives, learned by {}", policy.learned_by));
+        self.policies.push(policy);
         Ok(())
     }
 
+    /// Says something, and records it.
+    fn note(&mut self, robot: usize, level: Level, text: String) {
+        self.record_event(Some(robot), &SessionEvent::Note { text: text.clone() });
+        self.model.log(Some(robot), level, text);
+    }
+
     /// Takes the poses that have come.
-    fn see(&mut self) {
+    fn receive_poses(&mut self) {
         let Some(poses) = &mut self.poses else { return };
         let (now, model) = (self.model.now, &mut self.model);
-        let came = poses.take(now, model.robots.len(), &|name| reports::find(model, name));
-        for came in came {
-            match came {
-                Came::Pose(robot, pose) => {
-                    if let Some(session_log) = &mut self.session_log {
-                        session_log.pose(robot, pose, now);
-                    }
-                }
-                Came::Wrong(problem) => model.log(None, Level::Bad, problem),
+        let news = poses.receive(now, model.robots.len(), &|name| reports::find(model, name));
+        for news in news {
+            match (news, &mut self.session_log) {
+                (News::Pose(robot, pose), Some(session_log)) => session_log.pose(robot, pose),
+                (News::Pose(..), None) => {}
+                (News::Wrong(problem), _) => model.log(None, Level::Bad, problem),
             }
         }
     }
 
-    /// Lets the policies act, each once what it gave before has come to its end.
-    fn act(&mut self) {
+    /// Lets the policies choose, each once what it chose before has come to its end.
+    fn choose(&mut self) {
         for index in 0..self.policies.len() {
             let policy = &mut self.policies[index];
             let (robot, settled) = (policy.robot, !self.requests.is_pending(RobotId(policy.robot)));
             let last = self.poses.as_ref().and_then(|poses| poses.last(robot));
-            match policy.act(self.model.now, last, settled) {
-                Act::Nothing => {}
-                Act::Give(step) => {
+            match policy.choose(self.model.now, last, settled) {
+                Choice::Same => {}
+                Choice::New(step) => {
                     let name = policy.name.clone();
                     let (requests, mut context) = self.requests();
-                    requests.act(&mut context, robot, step.into(), &name);
+                    requests.choose(&mut context, robot, step.into(), &name);
                 }
-                Act::Blind => {
-                    let text = format!("policy {}", policy.name);
-                    let problem = "no pose of the robot has come for 0.3 s: it is told to stop".to_owned();
-                    self.model.log(Some(robot), Level::Bad, format!("{text}: {problem}"));
-                    self.requests.reply(CommandOutcome { robot, text, outcome: Err(problem), parameter: None });
-                    self.end_program("a policy of it saw no pose");
-                    // The others act when this is called again.
-                    return self.stop_policy(robot);
+                Choice::NoPose => {
+                    let name = policy.name.clone();
+                    // The others choose when this is called again.
+                    return self.lost_pose(robot, &name);
                 }
             }
         }
     }
 
-    /// Stops a robot that a policy drives, and no other.
-    fn stop_policy(&mut self, robot: usize) {
-        if self.policies.iter().any(|policy| policy.robot == robot) {
-            self.stop_robots(Some(robot));
+    /// Stops a robot whose poses stay away.
+    fn lost_pose(&mut self, robot: usize, policy: &str) {
+        let text = format!("policy {policy}");
+        let problem = format!("no pose of the robot has come for {} s: it is told to stop", PATIENCE.as_secs_f64());
+        self.note(robot, Level::Bad, format!("{text}: {problem}"));
+        self.requests.reply(CommandOutcome { robot, text, outcome: Err(problem), parameter: None });
+        self.stop_robots(Some(robot));
+        if self.program.as_ref().is_some_and(|program| program.robot == robot) {
+            self.end_program("the robot's poses stay away");
         }
     }
 

@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
-use recording::MeasuredPose;
+use common::angle::wrap;
 use serde::{Deserialize, Serialize};
 use tasks::Pose;
 
@@ -16,13 +16,12 @@ pub struct PoseDatagram {
     /// The robot's name or address; may be missing where the console has one robot only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<String>,
-    /// Time of the measurement on the sender's clock, s. One that is a little older than the last was overtaken on its way and does not
-    /// count; without a time all count.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub t_s: Option<f64>,
-    /// Mean of the modules' centres over the ground, m.
+    /// Time of the measurement on the sender's clock, s. One that is not later than the last does not count: it was overtaken on its way, or
+    /// is repeated by a sender that has lost the robot. One that is a second or more earlier is of a clock that has begun anew.
+    pub t_s: f64,
+    /// x of the mean of the modules' centres over the ground, m.
     pub x_m: f64,
-    /// As `x_m`.
+    /// y of it, m.
     pub y_m: f64,
     /// Heading, from the last module to the first, rad, counter-clockwise.
     pub yaw_rad: f64,
@@ -30,34 +29,39 @@ pub struct PoseDatagram {
 
 /// A pose is older than the last if it is so by less than this, s: a sender whose clock begins anew is believed.
 const OVERTAKEN_S: f64 = 1.0;
+/// Farthest that a robot is believed to be, m; and most that it has turned, rad.
+const FARTHEST: f64 = 1000.0;
+/// Between two words about datagrams that are no pose.
+const BETWEEN_COMPLAINTS: Duration = Duration::from_secs(5);
 /// Datagrams that are read at once at most: whoever floods the port does not keep the console from its robots.
 const AT_ONCE: usize = 100;
 /// Longest datagram, bytes.
 const LONGEST: usize = 1024;
 
-/// A robot's last pose.
+/// A pose of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct Received {
     /// When it came, in the session's time.
     pub at: Duration,
+    /// When it was measured, on the sender's clock, s.
+    pub measured_s: f64,
     pub pose: Pose,
-    sent_s: Option<f64>,
 }
 
 /// Poses as they come.
 pub struct Poses {
     socket: UdpSocket,
     /// Of each robot of the console.
-    last: Vec<Option<Seen>>,
-    /// What was said of a wrong datagram and is not said again.
-    complaint: Option<String>,
+    last: Vec<Option<Received>>,
+    /// When a wrong datagram was last complained of.
+    complained: Option<Duration>,
 }
 
 /// What has come.
-pub(super) enum Came {
+pub(super) enum News {
     /// A pose of a robot.
-    Pose(usize, Pose),
-    /// Something that is none, said once.
+    Pose(usize, Received),
+    /// Something that is none.
     Wrong(String),
 }
 
@@ -69,7 +73,7 @@ impl Poses {
     pub fn listen(address: SocketAddr) -> io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
         socket.set_nonblocking(true)?;
-        Ok(Self { socket, last: Vec::new(), complaint: None })
+        Ok(Self { socket, last: Vec::new(), complained: None })
     }
 
     /// Where it listens.
@@ -81,20 +85,20 @@ impl Poses {
     }
 
     /// The last pose of a robot.
-    pub(super) fn last(&self, robot: usize) -> Option<Seen> {
+    pub(super) fn last(&self, robot: usize) -> Option<Received> {
         self.last.get(robot).copied().flatten()
     }
 
-    /// Takes what has come until now; `find` tells which robot of how many a name is.
-    pub(super) fn take(
+    /// Takes what has come until now; `find` tells which robot of how many a name is. Of what is no pose, some is said.
+    pub(super) fn receive(
         &mut self,
         now: Duration,
         robots: usize,
         find: &dyn Fn(&str) -> Result<usize, String>,
-    ) -> Vec<Came> {
+    ) -> Vec<News> {
         self.last.resize(robots, None);
         let mut bytes = [0; LONGEST];
-        let mut came = Vec::new();
+        let mut news = Vec::new();
         for _ in 0..AT_ONCE {
             let (length, from) = match self.socket.recv_from(&mut bytes) {
                 Ok(received) => received,
@@ -103,28 +107,27 @@ impl Poses {
                 Err(_) => break,
             };
             match read(&bytes[..length], robots, find) {
-                Ok((robot, datagram)) => came.extend(self.keep(now, robot, &datagram)),
+                Ok((robot, datagram)) => news.extend(self.keep(now, robot, &datagram)),
                 Err(problem) => {
-                    let problem = format!("what came from {from} is no pose: {problem}");
-                    if self.complaint.as_ref() != Some(&problem) {
-                        self.complaint = Some(problem.clone());
-                        came.push(Came::Wrong(problem));
+                    if self.complained.is_none_or(|last| now.saturating_sub(last) >= BETWEEN_COMPLAINTS) {
+                        self.complained = Some(now);
+                        news.push(News::Wrong(format!("what came from {from} is no pose: {problem}")));
                     }
                 }
             }
         }
-        came
+        news
     }
 
-    fn keep(&mut self, now: Duration, robot: usize, datagram: &PoseDatagram) -> Option<Came> {
-        let sent_s = datagram.t_s;
-        let before = self.last[robot].and_then(|seen| seen.sent_s).zip(sent_s).map(|(before, sent)| before - sent);
-        if before.is_some_and(|before| (0.0..OVERTAKEN_S).contains(&before)) {
+    fn keep(&mut self, now: Duration, robot: usize, datagram: &PoseDatagram) -> Option<News> {
+        let measured_s = datagram.t_s;
+        if self.last[robot].is_some_and(|last| (0.0..OVERTAKEN_S).contains(&(last.measured_s - measured_s))) {
             return None;
         }
-        let pose = Pose { x: datagram.x_m, y: datagram.y_m, heading: common::angle::wrap(datagram.yaw_rad) };
-        self.last[robot] = Some(Seen { at: now, pose, sent_s });
-        Some(Came::Pose(robot, pose))
+        let pose = Pose { x: datagram.x_m, y: datagram.y_m, heading: wrap(datagram.yaw_rad) };
+        let received = Received { at: now, measured_s, pose };
+        self.last[robot] = Some(received);
+        Some(News::Pose(robot, received))
     }
 }
 
@@ -134,17 +137,16 @@ fn read(
     find: &dyn Fn(&str) -> Result<usize, String>,
 ) -> Result<(usize, PoseDatagram), String> {
     let datagram: PoseDatagram = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+    let numbers = [("x_m", datagram.x_m), ("y_m", datagram.y_m), ("yaw_rad", datagram.yaw_rad)];
+    if let Some((name, value)) = numbers.into_iter().find(|(_, value)| value.abs() > FARTHEST) {
+        return Err(format!("{name} is {value}: expected metres and radians, at most {FARTHEST}"));
+    }
     let robot = match &datagram.robot {
         Some(name) => find(name)?,
         None if robots == 1 => 0,
         None => return Err("of which robot? There are several: `robot` is missing".into()),
     };
     Ok((robot, datagram))
-}
-
-/// As a recording has it.
-pub(super) fn measured(pose: Pose) -> MeasuredPose {
-    MeasuredPose { x_m: Some(pose.x), y_m: Some(pose.y), yaw_rad: Some(pose.heading) }
 }
 
 #[cfg(test)]
@@ -167,32 +169,38 @@ mod tests {
         for text in datagrams {
             sender.send_to(text.as_bytes(), to).expect("sent");
         }
-        let came = poses.take(NOW, robots, &find).into_iter().map(|came| match came {
-            Came::Pose(robot, Pose { x, y, heading }) => format!("{robot}: {x} {y} {heading}"),
-            Came::Wrong(problem) => problem.split_once("no pose: ").expect("its reason").1.to_owned(),
+        let news = poses.receive(NOW, robots, &find).into_iter().map(|news| match news {
+            News::Pose(robot, Received { pose: Pose { x, y, heading }, .. }) => format!("{robot}: {x} {y} {heading}"),
+            News::Wrong(problem) => problem.split_once("no pose: ").expect("its reason").1.to_owned(),
         });
-        came.collect()
+        news.collect()
     }
 
     #[test]
-    fn poses_are_read_and_what_is_none_is_said_once() {
-        let good = r#"{"x_m": 0.1, "y_m": -0.5, "yaw_rad": 0.25, "z_m": 3}"#;
+    fn poses_are_read_and_what_is_none_is_said_now_and_then() {
+        let good = r#"{"t_s": 1, "x_m": 0.1, "y_m": -0.5, "yaw_rad": 0.25, "z_m": 3}"#;
         assert_eq!(told(1, &[good]), ["0: 0.1 -0.5 0.25"]);
         assert_eq!(told(2, &[good]), ["of which robot? There are several: `robot` is missing"]);
-        let second = r#"{"robot": "two", "x_m": 1, "y_m": 2, "yaw_rad": 0}"#;
+        let second = r#"{"robot": "two", "t_s": 1, "x_m": 1, "y_m": 2, "yaw_rad": 0}"#;
         assert_eq!(told(2, &[second]), ["1: 1 2 0"]);
-        let nobody = r#"{"robot": "three", "x_m": 1, "y_m": 2, "yaw_rad": 0}"#;
-        assert_eq!(told(2, &[nobody, nobody, second]), ["there is no robot three", "1: 1 2 0"]);
-        let short = r#"{"x_m": 1, "y_m": 2}"#;
-        let said = told(1, &[short, "x", ""]);
-        assert!(said.len() == 3 && said[0].contains("missing field `yaw_rad`"), "{said:?}");
-        // JSON has no numbers that are none.
-        assert_eq!(told(1, &[r#"{"x_m": NaN, "y_m": 2, "yaw_rad": 0}"#]).len(), 1);
-        assert!(!told(1, &[r#"{"x_m": 1e999, "y_m": 2, "yaw_rad": 0}"#])[0].starts_with("0:"));
+        let nobody = r#"{"robot": "three", "t_s": 1, "x_m": 1, "y_m": 2, "yaw_rad": 0}"#;
+        // Of a stream of what is none the log would have room for nothing else.
+        assert_eq!(told(2, &[nobody, "x", nobody, second]), ["there is no robot three", "1: 1 2 0"]);
+        for (text, part) in [
+            (r#"{"t_s": 1, "x_m": 1, "y_m": 2}"#, "missing field `yaw_rad`"),
+            (r#"{"x_m": 1, "y_m": 2, "yaw_rad": 0}"#, "missing field `t_s`"),
+            (r#"{"t_s": 1, "x_m": NaN, "y_m": 2, "yaw_rad": 0}"#, "expected value"),
+            (r#"{"t_s": 1, "x_m": 1e308, "y_m": 2, "yaw_rad": 0}"#, "expected metres and radians"),
+            (r#"{"t_s": 1, "x_m": 1e999, "y_m": 2, "yaw_rad": 0}"#, "number out of range"),
+            ("", "EOF"),
+        ] {
+            let said = told(1, &[text]);
+            assert!(said.len() == 1 && said[0].contains(part), "{text}: {said:?}");
+        }
     }
 
     #[test]
-    fn what_was_overtaken_does_not_count_and_a_new_clock_does() {
+    fn what_was_overtaken_or_repeated_does_not_count_and_a_new_clock_does() {
         let at = |t_s: f64, x: f64| format!(r#"{{"t_s": {t_s}, "x_m": {x}, "y_m": 0, "yaw_rad": 0}}"#);
         let sent = [at(50.0, 1.0), at(49.9, 2.0), at(50.0, 3.0), at(50.1, 4.0), at(0.5, 5.0), at(0.6, 6.0)];
         let sent: Vec<&str> = sent.iter().map(String::as_str).collect();

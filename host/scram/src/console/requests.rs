@@ -52,14 +52,27 @@ struct PendingCommand {
 enum Why {
     /// A person wants to know.
     Asked,
-    /// A policy acts: only what is not done is worth a word.
+    /// A policy chose it: only what is not done is worth a word.
     Policy,
+    /// A person wants it in place of a policy, which drives no more.
+    InsteadOfPolicy,
     /// A `set` wants to know what was there before.
     Before(u16),
     /// It is the `set`, and what it replaces, once that is known.
     Set(u16, Option<f32>),
     /// It takes a `set` back, to this.
     Undo(u16, f32),
+}
+
+/// Whose command it was that was not done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Undone {
+    /// A person's, or a script's.
+    Typed,
+    /// The same, in place of a policy.
+    InsteadOfPolicy,
+    /// A policy's choice.
+    OfPolicy,
 }
 
 /// The commands on their way, what a `set` replaced, and the replies that nobody has read yet.
@@ -76,9 +89,9 @@ impl Requests {
         self.replies.pop_front()
     }
 
-    /// Every command has come to its end.
-    pub fn is_empty(&self) -> bool {
-        self.pending.is_empty()
+    /// Every command that was typed has come to its end; policies go on choosing.
+    pub fn is_settled(&self) -> bool {
+        self.pending.iter().all(|request| request.why == Why::Policy)
     }
 
     /// Whether a robot has been sent something that has not come to its end.
@@ -86,10 +99,11 @@ impl Requests {
         self.pending.iter().any(|request| request.robot == robot)
     }
 
-    /// Whether a policy gave this command.
-    pub fn is_of_policy(&self, robot: RobotId, number: u16) -> bool {
-        let of_policy = |request: &PendingCommand| request.why == Why::Policy && request.number == number;
-        self.pending.iter().any(|request| request.robot == robot && of_policy(request))
+    /// What was asked of a robot takes the place of a policy.
+    pub fn must_be_done(&mut self, robot: RobotId) {
+        for request in self.pending.iter_mut().filter(|request| request.robot == robot && request.why == Why::Asked) {
+            request.why = Why::InsteadOfPolicy;
+        }
     }
 
     /// Gives a command to a robot.
@@ -122,7 +136,7 @@ impl Requests {
     }
 
     /// Gives a robot what a policy chose.
-    pub fn act<L: Line>(&mut self, context: &mut Context<'_, L>, robot: usize, command: DriveCommand, policy: &str) {
+    pub fn choose<L: Line>(&mut self, context: &mut Context<'_, L>, robot: usize, command: DriveCommand, policy: &str) {
         let text = format!("{command} ({policy})");
         self.request(context, robot, Request::Command(command.to_control()), text, Why::Policy);
     }
@@ -178,8 +192,7 @@ impl Requests {
         self.pending.push(PendingCommand { robot, number, text, why });
     }
 
-    /// Takes what became of a command, and the tick of the recording from which on it counts; whether it was one of these
-    /// that was not done.
+    /// Takes what became of a command, and the tick of the recording from which on it counts; whose it was if it was not done.
     pub fn answered<L: Line>(
         &mut self,
         context: &mut Context<'_, L>,
@@ -188,21 +201,19 @@ impl Requests {
         request: Request,
         tick: Option<u64>,
         outcome: Outcome,
-    ) -> bool {
-        let Some(at) = self.pending.iter().position(|request| request.robot == robot && request.number == number)
-        else {
-            return false;
-        };
+    ) -> Option<Undone> {
+        let at = self.pending.iter().position(|request| request.robot == robot && request.number == number)?;
         let PendingCommand { text, why, .. } = self.pending.remove(at);
         let value = if let Outcome::Done(value) = outcome { value } else { None };
         self.keep_undo(robot, why, value);
         if matches!(why, Why::Before(_)) {
-            return false;
+            return None;
         }
         context.record_event(Some(robot.0), &session_log::answer(request, tick, outcome));
         follow(context.model, robot.0, request, outcome, &text);
-        if why == Why::Policy && matches!(outcome, Outcome::Done(_)) {
-            return false;
+        // A stop that overtakes a choice is the policy's end, and was said.
+        if why == Why::Policy && matches!(outcome, Outcome::Done(_) | Outcome::Overtaken) {
+            return None;
         }
         tell(context.model, robot.0, &text, request, outcome, value);
         let parameter = match request {
@@ -210,7 +221,12 @@ impl Requests {
             _ => None,
         };
         self.reply(CommandOutcome { robot: robot.0, text, outcome: Ok(outcome), parameter });
-        !matches!(outcome, Outcome::Done(_))
+        match (outcome, why) {
+            (Outcome::Done(_), _) => None,
+            (_, Why::Policy) => Some(Undone::OfPolicy),
+            (_, Why::InsteadOfPolicy) => Some(Undone::InsteadOfPolicy),
+            _ => Some(Undone::Typed),
+        }
     }
 
     fn keep_undo(&mut self, robot: RobotId, why: Why, value: Option<Value>) {

@@ -8,19 +8,21 @@ use control::parameters::table;
 use control::protocol::radio::{Batch, Request};
 
 use super::model::RecordingModel;
-use super::poses;
+use super::poses::Received;
+use common::angle::wrap;
 use link::{Outcome, Quality, outcome};
 use recording::{
     self, LinkQuality, MeasuredPose, Metadata, ParameterValue, RecordingError, RobotChannel, SessionEvent,
     SessionRecorder, Stated, TelemetryRow,
 };
-use tasks::Pose;
 
 /// Longest time until a received sample is handed to the operating system.
 const FLUSH: Duration = Duration::from_millis(200);
 /// Distance between a tick's time and its arrival, s, beyond which the tick belongs to another count.
 const FAR_S: f64 = 0.3;
-/// Poses that wait for a tick: some seconds of them, in which a robot is not heard.
+/// A pose that found no tick within this time, s, was not measured while the robot was heard.
+const LATE_POSE_S: f64 = 0.1;
+/// Poses that wait for a tick at most.
 const WAITING_POSES: usize = 1000;
 /// Interval at which the link's quality is recorded.
 const LINK: Duration = Duration::from_secs(1);
@@ -46,8 +48,10 @@ struct Clock {
     tick: u64,
     /// Its tick numbers may not go on from the last.
     restarted: bool,
-    /// Poses that have come, of which no tick is known that was later, with their times in the session.
-    poses: VecDeque<(f64, Pose)>,
+    /// Poses that wait for their ticks.
+    poses: VecDeque<Received>,
+    /// Heading of the last pose, rad, not wrapped.
+    yaw: Option<f64>,
 }
 
 impl SessionLog {
@@ -71,7 +75,15 @@ impl SessionLog {
         let mut robots = Vec::new();
         for name in names {
             let channel = Some(recorder.robot(name)?);
-            robots.push(Clock { channel, tick_s, next: None, tick: 0, restarted: false, poses: VecDeque::new() });
+            robots.push(Clock {
+                channel,
+                tick_s,
+                next: None,
+                tick: 0,
+                restarted: false,
+                poses: VecDeque::new(),
+                yaw: None,
+            });
         }
         let path = recorder.path().to_owned();
         Ok(Self {
@@ -128,12 +140,12 @@ impl SessionLog {
     }
 
     /// A pose of a robot, for its next tick.
-    pub fn pose(&mut self, robot: usize, pose: Pose, at: Duration) {
-        if let Some(clock) = self.robots.get_mut(robot) {
+    pub fn pose(&mut self, robot: usize, received: Received) {
+        if let Some(clock) = self.robots.get_mut(robot).filter(|_| self.with_poses) {
             if clock.poses.len() == WAITING_POSES {
                 clock.poses.pop_front();
             }
-            clock.poses.push_back((at.as_secs_f64(), pose));
+            clock.poses.push_back(received);
         }
     }
 
@@ -210,10 +222,19 @@ impl SessionLog {
 }
 
 impl Clock {
-    /// The last pose that had come by the time of a tick and that no tick before has; nothing where none has.
+    /// The first pose that had come by the time of a tick and that no tick before it has; nothing where there is none.
     fn pose(&mut self, t_s: f64) -> MeasuredPose {
-        let come = self.poses.partition_point(|(at_s, _)| *at_s <= t_s);
-        self.poses.drain(..come).next_back().map(|(_, pose)| poses::measured(pose)).unwrap_or_default()
+        let before = |pose: &Received, time_s: f64| pose.at.as_secs_f64() <= time_s;
+        // Of a time without telemetry there is no tick that they could stand in.
+        while self.poses.front().is_some_and(|pose| before(pose, t_s - LATE_POSE_S)) {
+            self.poses.pop_front();
+        }
+        let Some(Received { measured_s, pose, .. }) = self.poses.pop_front_if(|pose| before(pose, t_s)) else {
+            return MeasuredPose::default();
+        };
+        let yaw = self.yaw.map_or(pose.heading, |last| last + wrap(pose.heading - last));
+        self.yaw = Some(yaw);
+        MeasuredPose { x_m: Some(pose.x), y_m: Some(pose.y), yaw_rad: Some(yaw), pose_t_s: Some(measured_s) }
     }
 
     /// How many ticks are missing before a message, and its time in the session: by the robot's ticks from the first one
