@@ -82,7 +82,7 @@ fn draw_profile(area: &Area<'_>, run: &TurningRun) -> Drawn {
     const ABOVE: Margins = Margins { top: 8, ..MARGINS };
     let (held, until) = held(run);
     let words = match until < run.seconds {
-        true => format!("time / s, the beginning of {} s", run.seconds),
+        true => format!("time / s, the beginning of {:.1} s", run.seconds),
         false => "time / s".to_owned(),
     };
     let x = Scale { range: (0.0, until), words: &words, marks: 7 };
@@ -151,8 +151,9 @@ mod tests {
 
     #[test]
     fn what_goes_on_is_one_thing_and_only_so_many_changes_are_shown() {
-        let orders =
-            |every: usize| (0..1000).map(move |i| (0.01 * i as f64, if i / every % 2 == 0 { 8.0 } else { -8.0 }));
+        let orders = |every: usize| {
+            (0..1000).map(move |i| (0.01 * i as f64, if usize::is_multiple_of(i / every, 2) { 8.0 } else { -8.0 }))
+        };
         let run = |every: usize| TurningRun {
             title: String::new(),
             orders: orders(every).map(|(t, hz)| (t, hz.into())).collect(),

@@ -302,13 +302,15 @@ fn scale_free(diagnosis: &Diagnosis) -> String {
 fn parameter_row(one: &FittedParameter) -> String {
     let file = one.file_value.map_or_else(|| "new".to_owned(), three);
     let class = if one.file_value.is_none() { " class=\"named\"" } else { "" };
+    // No fit moves it: these recordings could not tell it from another number.
+    let is_assumed = one.low == one.high;
+    let interval =
+        if is_assumed { "assumed".to_owned() } else { format!("{} … {}", three(one.low), three(one.high)) };
     format!(
         "<tr{class}><td><code>{}</code></td><td class=\"n\">{file}</td><td class=\"n\"><b>{}</b></td>\
-         <td class=\"n\">{} … {}</td></tr>",
+         <td class=\"n\">{interval}</td></tr>",
         escape(&one.path).replace('.', ".<wbr/>"),
-        three(one.value),
-        three(one.low),
-        three(one.high)
+        three(one.value)
     )
 }
 

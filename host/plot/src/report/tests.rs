@@ -357,3 +357,10 @@ fn headlines_say_it_in_words() {
     let headline = words::headline(&sample(Verdict::Ambiguous));
     assert!(headline.contains("Coulomb friction or load friction") && headline.contains("cannot tell"), "{headline}");
 }
+
+#[test]
+fn a_number_that_no_fit_moves_has_no_interval() {
+    let row = |spread: f64| parameter_row(&parameter("effects.driver_drop.slope_ohm", 0.0, spread, None));
+    assert!(row(0.0).contains("assumed") && !row(0.0).contains(" … "), "{}", row(0.0));
+    assert!(row(1.0).contains(" … ") && !row(1.0).contains("assumed"), "{}", row(1.0));
+}

@@ -132,7 +132,8 @@ fn held((effect, values): Case, seeds: std::ops::Range<u64>) -> BTreeMap<String,
     let mut counts: BTreeMap<String, Held> = BTreeMap::new();
     for (truth, parameters) in &found {
         for one in parameters {
-            let Some(truth) = truth.get(&one.path) else { continue };
+            // What no fit moves is assumed, and has no interval.
+            let Some(truth) = truth.get(&one.path).filter(|_| one.low < one.high) else { continue };
             let [low, high] = [one.low, one.high].map(|end| one.value + TO_90 * (end - one.value));
             let count = counts.entry(one.path.clone()).or_default();
             count.of += 1;
