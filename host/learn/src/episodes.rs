@@ -4,11 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::LearnError;
 use super::environment::Environments;
-
-/// Seeds of the episodes on which gaits are chosen and judged begin here, and are below [`LATE_TRAININGS`].
-const EARLIEST_JUDGED: u64 = 1 << 40;
-/// Seeds of trainings that would reach them have this bit.
-const LATE_TRAININGS: u64 = 1 << 63;
+use super::seeds;
 
 /// Of every environment the episode that it is in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,11 +63,9 @@ impl Episodes {
         self.underway.len()
     }
 
-    /// No two episodes of a training have the same seed, nor do those of trainings with seeds below 2³¹, nor any on which gaits are judged.
     fn seed_of(&self, which: usize) -> u64 {
         let number = self.underway[which].number * self.underway.len() as u64 + which as u64;
-        let seed = (self.seed << 32).wrapping_add(number);
-        if seed < EARLIEST_JUDGED { seed } else { seed | LATE_TRAININGS }
+        seeds::of_training(self.seed, number)
     }
 
     /// Brings environments to where these episodes are, by what was done in them; what is seen there.

@@ -24,6 +24,7 @@ mod network;
 mod policy;
 mod policy_file;
 mod rollout;
+mod seeds;
 mod settings;
 mod sides;
 pub mod straight;

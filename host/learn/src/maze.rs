@@ -7,14 +7,10 @@ use tasks::{Definition, DriveKind, Environments, Maze, MazeRun, Part, Task};
 
 use super::LearnError;
 use super::gait::{self, Gait, Played};
+use super::seeds;
 use super::settings::MazeSettings;
 use super::sides;
 use super::way::Way;
-
-/// First seed of the robots by which a way to go through a maze is judged.
-const JUDGED_ON: u64 = 1 << 44;
-/// Seed of the file's robot that goes through the maze first: its actions are the script of those that see no pose.
-const FIRST: u64 = 1 << 45;
 
 /// What came of a robot in a maze.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -82,7 +78,7 @@ pub fn first(
     let mut environments = Environments::with_threads(robot.clone(), definition, 1, threads)?;
     environments.record(0, true);
     let enough = |played: &Played| played.stands(settings.interval_s);
-    let played = gait::play(&mut environments, std::slice::from_ref(gait), &[FIRST], &enough)?;
+    let played = gait::play(&mut environments, std::slice::from_ref(gait), &[seeds::FILES_ROBOT], &enough)?;
     let played = played.into_iter().next().unwrap_or_default();
     Ok((outcome(&played, maze, settings), played, environments.track(0).cloned()))
 }
@@ -98,7 +94,7 @@ pub fn judged(
     seeds: std::ops::Range<u64>,
     threads: Option<usize>,
 ) -> Result<Vec<Outcome>, LearnError> {
-    let seeds: Vec<u64> = seeds.map(|seed| JUDGED_ON + seed).collect();
+    let seeds: Vec<u64> = seeds.map(|seed| seeds::MAZE_JUDGED + seed).collect();
     let enough = |played: &Played| played.stands(settings.interval_s);
     let played = gait::play_each(robot, settings.definition(maze), (gait, &seeds), &enough, threads)?;
     Ok(played.iter().map(|played| outcome(played, maze, settings)).collect())

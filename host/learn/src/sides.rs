@@ -4,15 +4,13 @@ use sweep::VariantBuilder;
 use tasks::{Definition, Environments, Task, Turn};
 
 use super::LearnError;
-use super::gait;
+use super::{gait, seeds};
 
 /// The action that turns the shaft with +F, and the one with −F.
 pub const FORWARD: usize = 0;
 /// See [`FORWARD`].
 pub const BACKWARD: usize = 1;
 
-/// Seed of the episode in which the file's robot is tried.
-const TRIED_ON: u64 = 1 << 45;
 /// How long, s.
 const TRIED_S: f64 = 10.0;
 
@@ -36,6 +34,6 @@ pub fn sides(
     open.randomization.share = 0.0;
     let gaits = gait::constants(0..2);
     let mut environments = Environments::with_threads(robot.clone(), open, gaits.len(), threads)?;
-    let played = gait::play(&mut environments, &gaits, &[TRIED_ON; 2], &|_| false)?;
+    let played = gait::play(&mut environments, &gaits, &[seeds::FILES_ROBOT; 2], &|_| false)?;
     Ok(if played[0].turned >= played[1].turned { [FORWARD, BACKWARD] } else { [BACKWARD, FORWARD] })
 }

@@ -9,14 +9,10 @@ use tasks::{Definition, DriveKind, Environments, Straight, Task};
 
 use super::LearnError;
 use super::gait::{self, Gait, Played, SIDE_BY_SIDE};
+use super::seeds;
 use super::settings::Straightness;
 use super::sides::{self, BACKWARD, FORWARD};
 use super::way::Way;
-
-/// First seed of the episodes in which holding times are tried.
-const TRIED_ON: u64 = 1 << 42;
-/// First seed of the episodes of robots that steer by their pose.
-const JUDGED_ON: u64 = 1 << 43;
 
 /// How a robot walks with a signal, in the mean over several starts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -66,7 +62,8 @@ pub fn search(
     let wave = (SIDE_BY_SIDE / settings.starts).max(1);
     let mut environments =
         Environments::with_threads(robot.clone(), definition.clone(), wave * settings.starts, threads)?;
-    let seeds: Vec<u64> = (0..environments.len()).map(|i| TRIED_ON + (i % settings.starts) as u64).collect();
+    let seeds: Vec<u64> =
+        (0..environments.len()).map(|i| seeds::STRAIGHT_TRIED + (i % settings.starts) as u64).collect();
     let mut walked = Vec::new();
     for some in gaits.chunks(wave) {
         let each: Vec<Gait> = some.iter().flat_map(|gait| std::iter::repeat_n(gait.clone(), settings.starts)).collect();
@@ -140,7 +137,7 @@ pub fn steered(
     definition.randomization.share = 1.0;
     let lookahead = settings.lookahead_m / definition.length_unit_m;
     let gait = Gait::Pursuit { actions: found.steering(), lookahead, way: Way::along_x() };
-    let seeds: Vec<u64> = (0..robots as u64).map(|i| JUDGED_ON + i).collect();
+    let seeds: Vec<u64> = (0..robots as u64).map(|i| seeds::STRAIGHT_JUDGED + i).collect();
     let over = |played: &Played| {
         let there = played.path.last().is_some_and(|pose| pose.x >= settings.distance_m);
         there || played.stands(settings.interval_s)

@@ -8,13 +8,11 @@ use tasks::{Definition, DriveKind, Straight, Task};
 
 use super::LearnError;
 use super::gait::{self, Gait, Played};
+use super::seeds;
 use super::settings::TerrainSettings;
 use super::sides;
 use super::variant::{quantity, variant};
 use super::way::Way;
-
-/// First seed of the robots.
-const JUDGED_ON: u64 = 1 << 46;
 
 /// A ground that is not the robot file's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +115,7 @@ pub fn cross(
     } else {
         Gait::Alternation { actions, steps: [1, 1] }
     };
-    let seeds: Vec<u64> = (0..robots as u64).map(|i| JUDGED_ON + i).collect();
+    let seeds: Vec<u64> = (0..robots as u64).map(|i| seeds::TERRAIN_JUDGED + i).collect();
     let played = gait::play_each(robot, definition, (&gait, &seeds), &|_| false, threads)?;
     Ok(played.iter().map(result).collect())
 }

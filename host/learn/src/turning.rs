@@ -9,12 +9,9 @@ use tasks::{Definition, DriveKind, Environments, Part};
 use super::LearnError;
 use super::gait::{self, Gait, Played, SIDE_BY_SIDE};
 use super::policy::Policy;
+use super::seeds;
 use super::settings::{Direction, Settings};
 
-/// Seed of the episode on which gaits without a policy are chosen: of the file's robot it draws the shaft's angle at the start.
-const CHOSEN_ON: u64 = 1 << 40;
-/// First seed of the episodes on which all are judged.
-const JUDGED_ON: u64 = 1 << 41;
 /// Steps for which an alternation holds a frequency: with a Δt of 20 ms a swing of 100° or so takes two.
 const HELD: [usize; 3] = [1, 2, 4];
 /// Amplitude of the thesis's oscillation, Fig. 5.4, rad.
@@ -95,7 +92,7 @@ pub fn contenders(
         let mut side_by_side = Environments::with_threads(robot.clone(), (*definition).clone(), SIDE_BY_SIDE, threads)?;
         let worths: [gait::Worth<'_>; 2] = [&|played| played.sum, &|played| tightness(played, direction)];
         let tell = &mut |tried| tell(before + tried, all);
-        let best = gait::best(&mut side_by_side, gaits, CHOSEN_ON, &worths, tell)?;
+        let best = gait::best(&mut side_by_side, gaits, seeds::TURNING_CHOSEN, &worths, tell)?;
         before += gaits.len();
         let contender = |gait: Gait| Contender {
             name: gait.words(&known, definition.interval_s),
@@ -145,7 +142,7 @@ pub fn episodes(
         definition.drive = DriveKind::Motor;
         definition.randomization.share = 1.0;
     }
-    let seeds: Vec<u64> = (0..count as u64).map(|i| JUDGED_ON + i).collect();
+    let seeds: Vec<u64> = (0..count as u64).map(|i| seeds::TURNING_JUDGED + i).collect();
     gait::play_each(robot, definition, (&contender.gait, &seeds), &|_| false, threads)
 }
 

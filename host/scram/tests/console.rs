@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use common::policy::steering_policy;
 use common::{robot_file, tty};
 use control::protocol::radio::Reset;
 use control::{Fault, State};
@@ -461,14 +462,7 @@ fn the_simulation_needs_no_keys_and_without_a_port_the_ports_are_listed() {
 #[test]
 fn a_simulated_robot_walks_by_its_poses() {
     let directory = tempfile::tempdir().expect("a directory");
-    let file = directory.path().join("policy.json");
-    let settings = "[turn]\ndrive = \"motor\"\nfrequencies_hz = [-8, 8]\ninterval_s = 0.2\nepisode_s = 100";
-    let settings: learn::Settings = toml::from_str(settings).expect("a learning file");
-    let policy = serde_json::json!({
-        "robot": "scram-26", "direction": "left", "seed": 1, "updates": 0, "settings": settings,
-        "policy": { "layers": [{ "weights": [[0, 0, 1], [0, 0, -1]], "bias": [0, 0] }] },
-    });
-    std::fs::write(&file, policy.to_string()).expect("written");
+    let file = steering_policy(directory.path(), 0.2, [-8.0, 8.0]);
     let turned = |command: &str, name: &str| {
         let out = directory.path().join(name);
         let commands = format!("clear; {command}; wait 8s; stop");

@@ -3,12 +3,11 @@
 mod common;
 
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
-use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use common::bench::{bench, session};
+use common::policy::steering_policy;
 use control::State;
-use learn::{Direction, PolicyFile, Settings};
 use recording::{ReadOptions, load_with};
 use robot_file::gait::GaitFile;
 use scram::console::{Engine, PoseDatagram, Poses};
@@ -43,21 +42,6 @@ fn a_refused_order_leaves_the_target_at_what_the_robot_does() {
     assert_eq!(typed("stop").0, None);
 }
 
-/// A policy of one layer that turns to the left where the robot looks to the right of where it began to, and the other way round.
-fn policy(directory: &Path, interval_s: f64, left_right_hz: [f64; 2]) -> PathBuf {
-    let settings = format!(
-        "[turn]\ndrive = \"motor\"\nfrequencies_hz = {left_right_hz:?}\ninterval_s = {interval_s}\nepisode_s = 100"
-    );
-    let settings: Settings = toml::from_str(&settings).expect("a learning file");
-    let network = serde_json::json!({ "layers": [{ "weights": [[0, 0, 1], [0, 0, -1]], "bias": [0, 0] }] });
-    let policy = serde_json::from_value(network).expect("a network");
-    let file =
-        PolicyFile { robot: "robot-0".into(), direction: Direction::Left, seed: 1, updates: 0, settings, policy };
-    let path = directory.join("policy.json");
-    std::fs::write(&path, serde_json::to_string(&file).expect("text")).expect("written");
-    path
-}
-
 /// A console that hears poses, and who sends them.
 struct WithPoses {
     engine: Engine<HostEnd>,
@@ -77,7 +61,7 @@ impl WithPoses {
     /// With so many robots, and a policy that chooses one of two frequencies in this interval.
     fn new(robots: usize, interval_s: f64, left_right_hz: [f64; 2]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
-        let policy = policy(directory.path(), interval_s, left_right_hz).display().to_string();
+        let policy = steering_policy(directory.path(), interval_s, left_right_hz).display().to_string();
         let poses = Poses::listen((Ipv4Addr::LOCALHOST, 0).into()).expect("a free port");
         let to = poses.address().expect("it listens");
         let mut engine = Engine::new(session(&bench(robots, 9, |_| {}), robots, 9), "the bench");

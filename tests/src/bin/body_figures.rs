@@ -20,15 +20,18 @@ struct Arguments {
     /// Only campaigns whose name contains this; may be given several times.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Without the campaigns that take minutes or time what an idle machine alone does well (hundred-backbones, two-robots,
-    /// twelve-robots, same-law, speeds, roots, corrected, rate, equal-error, sweep, instructions)
-    #[arg(long)]
+    #[arg(long, help = left_out())]
     quick: bool,
     #[command(flatten)]
     output: Output,
     /// Directory for plots, tables and what is kept for the next time.
     #[arg(long, value_name = "DIR", default_value = "target/body-figures")]
     out: PathBuf,
+}
+
+/// What `--quick` does.
+fn left_out() -> String {
+    format!("Without the campaigns that take minutes or time what an idle machine alone does well: {}", SLOW.join(", "))
 }
 
 fn main() -> ExitCode {

@@ -134,9 +134,8 @@ impl Console {
     fn connect(&self, robot: &Robot, poses: Option<SocketAddr>) -> Result<(Option<Simulation>, Keys, String), Failure> {
         if self.sim {
             let (watcher, bodies) = channel();
-            let walk = Options { on_ground: true, watcher: Some(watcher), ..Options::default() };
-            let options = if poses.is_some() { walk } else { Options::default() };
-            let options = Options { seed: self.common.seed, ..options };
+            let watched = Options { on_ground: poses.is_some(), watcher: poses.map(|_| watcher), ..Options::default() };
+            let options = Options { seed: self.common.seed, ..watched };
             let (simulation, keys) = simulate(robot, &self.common.robot, usize::from(self.robots), options)?;
             if let Some(to) = poses {
                 send_poses(robot, bodies, to).into_diagnostic().wrap_err("no poses can be sent")?;

@@ -241,11 +241,12 @@ impl<L: Line> Engine<L> {
             ConsoleCommand::Policy(file) => self.begin_policy(file, robot)?,
             ConsoleCommand::Stop => {
                 // The motors of a script that runs and of policies are meant, too, whichever robot is looked at.
-                let mut meant: Vec<usize> = self.policies.iter().map(|policy| policy.robot).collect();
-                meant.extend(self.program.as_ref().map(|program| program.robot));
-                meant.retain(|other| *other != robot);
-                meant.dedup();
-                meant.into_iter().chain([robot]).for_each(|robot| self.stop_robots(Some(robot)));
+                for other in 0..self.model.robots.len() {
+                    let by_policy = self.policies.iter().any(|policy| policy.robot == other);
+                    if other == robot || by_policy || self.has_program(other) {
+                        self.stop_robots(Some(other));
+                    }
+                }
                 self.end_program("stopped");
             }
             ConsoleCommand::StopAll => self.stop_all(),
@@ -258,8 +259,7 @@ impl<L: Line> Engine<L> {
             }
             ConsoleCommand::Script(path) => self.run_script(path)?,
             ConsoleCommand::Note(text) => {
-                self.record_event(None, &SessionEvent::Note { text: text.clone() });
-                self.model.log(None, Level::Note, text.clone());
+                self.note(None, Level::Note, text.clone());
             }
             ConsoleCommand::Help => reports::help(&mut self.model),
             ConsoleCommand::Quit => {
@@ -269,13 +269,11 @@ impl<L: Line> Engine<L> {
             // Only in programs.
             ConsoleCommand::Wait(_) => {}
             command => {
-                let ends_policy = command.drives() && self.policies.iter().any(|policy| policy.robot == robot);
                 let (requests, mut context) = self.requests();
                 requests.give(&mut context, command, text, robot)?;
-                if ends_policy {
+                if command.drives() && self.end_policy(robot) {
                     // What takes its place is done, or the robot is stopped: nobody steers what it does now.
                     self.requests.must_be_done(RobotId(robot));
-                    self.end_policy(robot);
                 }
             }
         }
@@ -336,10 +334,9 @@ impl<L: Line> Engine<L> {
 
     /// Something that a robot was given was not done.
     fn undone(&mut self, robot: usize, undone: Undone, outcome: Outcome) {
-        let of_program = self.program.as_ref().is_some_and(|program| program.robot == robot);
         match undone {
             Undone::Typed | Undone::InsteadOfPolicy => self.end_program("a command of it was not done"),
-            Undone::OfPolicy if of_program => self.end_program("a policy's choice was not done"),
+            Undone::OfPolicy if self.has_program(robot) => self.end_program("a policy's choice was not done"),
             Undone::OfPolicy => {}
         }
         if outcome.stops() {
@@ -363,8 +360,7 @@ impl<L: Line> Engine<L> {
         };
         let text =
             format!("its {broken} angle sensor has failed: it goes on with the {other} one until it is restarted");
-        self.record_event(Some(index), &SessionEvent::Note { text: text.clone() });
-        self.model.log(Some(index), Level::Warning, text);
+        self.note(Some(index), Level::Warning, text);
     }
 
     fn note_fault(&mut self, index: usize, fault: Option<Fault>) {
@@ -485,15 +481,15 @@ impl<L: Line> Engine<L> {
         }
         let policy = PolicyDrive::load(file, robot)?;
         self.end_policy(robot);
-        self.note(robot, Level::Note, format!("policy {file} drives, learned by {}", policy.learned_by));
+        self.note(Some(robot), Level::Note, format!("policy {file} drives, learned by {}", policy.learned_by));
         self.policies.push(policy);
         Ok(())
     }
 
-    /// Says something, and records it.
-    fn note(&mut self, robot: usize, level: Level, text: String) {
-        self.record_event(Some(robot), &SessionEvent::Note { text: text.clone() });
-        self.model.log(Some(robot), level, text);
+    /// Says something, of one robot or of all, and records it.
+    fn note(&mut self, robot: Option<usize>, level: Level, text: String) {
+        self.record_event(robot, &SessionEvent::Note { text: text.clone() });
+        self.model.log(robot, level, text);
     }
 
     /// Takes the poses that have come.
@@ -536,17 +532,24 @@ impl<L: Line> Engine<L> {
     fn lost_pose(&mut self, robot: usize, policy: &str) {
         let text = format!("policy {policy}");
         let problem = format!("no pose of the robot has come for {} s: it is told to stop", PATIENCE.as_secs_f64());
-        self.note(robot, Level::Bad, format!("{text}: {problem}"));
+        self.note(Some(robot), Level::Bad, format!("{text}: {problem}"));
         self.requests.reply(CommandOutcome { robot, text, outcome: Err(problem), parameter: None });
         self.stop_robots(Some(robot));
-        if self.program.as_ref().is_some_and(|program| program.robot == robot) {
+        if self.has_program(robot) {
             self.end_program("the robot's poses stay away");
         }
     }
 
-    /// The policy that drives a robot drives it no more.
-    fn end_policy(&mut self, robot: usize) {
+    /// The policy that drives a robot drives it no more; whether there was one.
+    fn end_policy(&mut self, robot: usize) -> bool {
+        let before = self.policies.len();
         self.policies.retain(|policy| policy.robot != robot);
+        self.policies.len() < before
+    }
+
+    /// Whether what was typed, or a script, is not at its end and is for this robot.
+    fn has_program(&self, robot: usize) -> bool {
+        self.program.as_ref().is_some_and(|program| program.robot == robot)
     }
 
     fn end_program(&mut self, why: &str) {

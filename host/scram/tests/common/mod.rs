@@ -7,6 +7,7 @@ pub mod bench;
 pub mod command;
 pub mod csv;
 pub mod pil;
+pub mod policy;
 #[cfg(unix)]
 pub mod tty;
 
