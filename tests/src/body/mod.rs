@@ -59,7 +59,7 @@ impl PeerSetup {
 }
 
 /// Campaigns that `--quick` leaves out: they take minutes, or time what an idle machine alone does well.
-pub const SLOW: [&str; 11] = [
+pub const SLOW: [&str; 12] = [
     "hundred-backbones",
     "two-robots",
     "twelve-robots",
@@ -67,6 +67,7 @@ pub const SLOW: [&str; 11] = [
     "speeds",
     "roots",
     "corrected",
+    "scaling",
     "rate",
     "equal-error",
     "sweep",
