@@ -298,7 +298,18 @@ const HOLDS_GOOD: f64 = 0.5;
 /// (Shamanskii's method: C. T. Kelley, "Iterative methods for linear and nonlinear equations", 1995, section 5.4.2), and made
 /// anew before the fit ends. Only rounds that make them count.
 pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
-    let mut descent = Descent::begin(model, data, start);
+    descend(Descent::begin(model, model, data, start), until)
+}
+
+/// Fits on with an integrator in small steps from where a fit has ended. Residuals are those of small steps; sensitivities, for which
+/// the usual steps are good enough, are not (defect correction: K. Böhmer, P. Hemker, H. Stetter, "The defect correction approach",
+/// Computing Supplementum 5, 1984).
+#[must_use]
+pub fn in_small_steps(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
+    descend(Descent::begin(&model.in_small_steps(), model, data, start), until)
+}
+
+fn descend(mut descent: Descent, until: Until) -> Fit {
     let mut kept: Option<Vec<Columns>> = None;
     let mut equations = None;
     let mut rounds = 0;
@@ -309,7 +320,7 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
         }
         rounds += usize::from(is_new);
         let columns = kept.take().unwrap_or_else(|| descent.sensitivities());
-        let linear = equations.insert(linearise(data, &descent.best, &descent.rolled, &columns));
+        let linear = equations.insert(linearise(descent.data, &descent.best, &descent.rolled, &columns));
         let promised = promise(&descent.best, linear);
         let nothing_left = promised <= until.tolerance * descent.best.cost;
         if !is_new && nothing_left {
@@ -336,6 +347,8 @@ pub fn fit(model: &FileModel, data: &Data, start: Fit, until: Until) -> Fit {
 /// A fit on its way down.
 struct Descent<'a> {
     model: &'a FileModel,
+    /// What sensitivities are taken from.
+    linearised: &'a FileModel,
     data: &'a Data<'a>,
     best: Fit,
     /// Its rollouts.
@@ -346,15 +359,19 @@ struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    fn begin(model: &'a FileModel, data: &'a Data, mut best: Fit) -> Self {
+    fn begin(model: &'a FileModel, linearised: &'a FileModel, data: &'a Data, mut best: Fit) -> Self {
         let rolled = roll_all(model, data, &best);
         best.cost = cost(data, &best, &rolled);
         let has_holes = data.tracks.iter().any(|track| track.segments.iter().any(|segment| !segment.whole));
-        Self { model, data, best, rolled, damping: 1e-3, has_holes }
+        Self { model, linearised, data, best, rolled, damping: 1e-3, has_holes }
     }
 
     fn sensitivities(&self) -> Vec<Columns> {
-        columns_of(self.model, self.data, &self.best, &self.rolled, Vec::new())
+        if std::ptr::eq(self.model, self.linearised) {
+            return columns_of(self.model, self.data, &self.best, &self.rolled, Vec::new());
+        }
+        let rolled = roll_all(self.linearised, self.data, &self.best);
+        columns_of(self.linearised, self.data, &self.best, &rolled, Vec::new())
     }
 
     /// Tries steps of a linear model, each more damped than the one before, until one lowers the cost; by how much it did. Of an

@@ -110,6 +110,16 @@ impl Found {
         self.decision = self.selection().decide(alarm);
     }
 
+    /// Fits the nominal model and those that are still standing on in small steps. How well they follow the held-out runs stays as it
+    /// was judged.
+    fn refit_what_is_reported(&mut self) {
+        let Self { session, baseline, candidates, decision, .. } = self;
+        baseline.fit = session.in_small_steps(&baseline.fit);
+        for &place in &decision.class {
+            candidates[place].fit = session.in_small_steps(&candidates[place].fit);
+        }
+    }
+
     fn refine_floor(&mut self) {
         self.session.noise = search::floor(&self.session, &self.candidates);
     }
@@ -173,6 +183,7 @@ impl<'a> Inquiry<'a> {
             found.rest = rest;
             self.locate(&mut found);
         }
+        found.refit_what_is_reported();
         Ok(found)
     }
 

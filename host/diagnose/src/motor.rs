@@ -108,10 +108,11 @@ pub fn identify_motor(
             baseline = judged(&mut session, fit);
         }
         options.tell("friction", 0.5);
-        let model = with_friction(robot, &session, &baseline, options).unwrap_or_else(|| baseline.clone());
+        let mut model = with_friction(robot, &session, &baseline, options).unwrap_or_else(|| baseline.clone());
         if is_implausible(&session, &model) {
             return Err(wrong_rig(robot, &session, &model));
         }
+        model.fit = session.in_small_steps(&model.fit);
         options.tell("done", 1.0);
         Ok(written(robot, &session, &model))
     })

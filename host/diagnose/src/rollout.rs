@@ -200,9 +200,8 @@ pub fn refine(
     for _ in 0..rounds {
         let proposal = gauss_newton(plant, track, starts, &rolled);
         let before: f64 = errors.iter().sum();
-        if let Some(carried) = carried(track, starts, &rolled) {
-            keep_better(plant, track, starts, &carried, &mut rolled, &mut errors);
-        }
+        let carried = carried(track, starts, &rolled);
+        keep_better(plant, track, starts, &carried, &mut rolled, &mut errors);
         keep_better(plant, track, starts, &proposal, &mut rolled, &mut errors);
         let half: Vec<[f64; 2]> =
             starts.iter().zip(&proposal).map(|(a, b)| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]).collect();
@@ -241,24 +240,20 @@ fn begin_at_rest(plant: &Plant, track: &Track, starts: &mut [[f64; 2]], errors: 
     any
 }
 
-/// Each start as the segment before leads to it, on the turn of its own readings: where a segment has holes, its readings
-/// alone may leave several. `None` where no segment has one.
-fn carried(track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Option<Vec<[f64; 2]>> {
-    if track.segments.iter().all(|segment| segment.whole) {
-        return None;
-    }
-    let carried = (0..starts.len())
+/// Each start as the segment before leads to it, on the turn of its own readings. Where a segment has holes, its readings alone may
+/// leave several; and where a shaft comes to rest or breaks away, a hair decides which, so that a start from where it only seemed to be
+/// has no way down to the right one.
+fn carried(track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Vec<[f64; 2]> {
+    (0..starts.len())
         .map(|i| {
-            let segment = &track.segments[i];
-            if i == 0 || !segment.linked {
+            if i == 0 || !track.segments[i].linked {
                 return starts[i];
             }
             let [angle, speed] = rolled.ends[i - 1];
             let turns = ((starts[i][0] - angle) / TAU).round();
             [angle + TAU * turns, speed]
         })
-        .collect();
-    Some(carried)
+        .collect()
 }
 
 /// Takes over the starts that fit their segment better.

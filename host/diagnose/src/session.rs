@@ -110,6 +110,8 @@ fn name_apart<'a>(runs: impl Iterator<Item = (&'a mut Track, &'a Recording)>) {
         }
     }
 }
+/// Rounds, and where they end, of a fit in small steps.
+const SMALL_STEPS: (usize, f64) = (6, 1e-6);
 
 impl Session {
     /// Makes runs ready, refits the file's own numbers, and measures the floor.
@@ -481,6 +483,12 @@ impl Session {
     pub fn finish(&self, mut fit: Fit, rounds: usize, tolerance: f64, least: f64) -> Fit {
         let _ = rollout::refine_all(&fit.plant(&self.model), &self.fit, &mut fit.starts, &[], 2);
         fit::fit(&self.model, &self.data(), fit, Until::settled(rounds, tolerance).beaten(BEATEN * least))
+    }
+
+    /// Fits on in small steps of the integrator, for numbers that are reported: their intervals are narrow.
+    #[must_use]
+    pub fn in_small_steps(&self, fit: &Fit) -> Fit {
+        fit::in_small_steps(&self.model, &self.data(), fit.clone(), Until::settled(SMALL_STEPS.0, SMALL_STEPS.1))
     }
 
     /// Readings that the coarse set has, about: the cost that noise alone would leave there.

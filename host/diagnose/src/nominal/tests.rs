@@ -1,17 +1,20 @@
 //! Every effect that a fit moves, put into the simulated robot and fitted to its noisy readings with nothing else free: its
 //! values come back. That a diagnosis finds it among others is another matter.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use control::Actuation;
 use effects::{Id, States};
 use hal_sim::{Settings, SimulatedRobot};
 use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
 use recording::{AngleReading, Drive, Recording};
 use robot_file::Robot;
 use robot_file::angle_code::angle_scale;
+use robot_file::robot::Quantity;
 
-use super::super::fit::{Data, Fit, Until, fit, misfit};
+use super::super::fit::{Data, Fit, Until, fit, in_small_steps, misfit};
 use super::super::model::Boundary;
 use super::super::rollout::{guess, refine, refine_all};
 use super::super::track::Track;
@@ -38,6 +41,26 @@ fn robots(effect: &str, values: &[(&str, f64)]) -> (Robot, Robot) {
         table += &format!("{key} = {{ value = {value:e}, low = {value:e}, high = {value:e}, source = \"test\" }}\n");
     }
     (parse(&text), parse(&(text.clone() + "\n" + &table)))
+}
+
+/// A motor of the file's kind: its numbers are drawn as their ranges say, one standard deviation to either end.
+fn specimen(plain: &Robot, with: &Robot, seed: u64) -> (Robot, BTreeMap<String, f64>) {
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+    let (mut robot, mut truth) = (with.clone(), BTreeMap::new());
+    let mut drawn = |path: &str, quantity: &mut Quantity| {
+        let normal: f64 = StandardNormal.sample(&mut random);
+        quantity.value *= (0.5 * (quantity.high / quantity.low).ln() * normal.clamp(-2.0, 2.0)).exp();
+        truth.insert(path.to_owned(), quantity.value);
+    };
+    drawn("motor.resistance_ohm", &mut robot.motor.resistance_ohm);
+    drawn("motor.torque_constant_nm_per_a", &mut robot.motor.torque_constant_nm_per_a);
+    drawn("motor.viscous_nm_s_per_rad", &mut robot.motor.viscous_nm_s_per_rad);
+    // Rotor and load are told by their sum alone, so they scatter together.
+    let rotor = robot.motor.rotor_inertia_kg_m2.value;
+    drawn("motor.rotor_inertia_kg_m2", &mut robot.motor.rotor_inertia_kg_m2);
+    let factor = robot.motor.rotor_inertia_kg_m2.value / rotor;
+    robot.load.inertia_kg_m2.value = factor * plain.load.inertia_kg_m2.value;
+    (robot, truth)
 }
 
 /// A share within which a value is known well, and the width of its interval then, as a share of it.
@@ -83,22 +106,73 @@ fn run_of(robot: &Robot, kind: u32, seed: u64) -> Recording {
     out
 }
 
-/// The parameters that a fit of the effect alone finds, with their intervals, from the best of its starts.
-fn fitted(effect: &str, plain: &Robot, runs: &[Recording]) -> Vec<FittedParameter> {
-    let id = Id::of(effect).unwrap();
+fn tracks(plain: &Robot, runs: &[Recording]) -> Vec<Track> {
+    runs.iter().enumerate().map(|(i, run)| Track::new(plain, run, i).unwrap()).collect()
+}
+
+/// The model of a file none of whose numbers is free.
+fn held_model(plain: &Robot) -> FileModel {
     let mut model = FileModel::new(plain);
     model.free.clear();
-    let tracks: Vec<Track> = runs.iter().enumerate().map(|(i, run)| Track::new(plain, run, i).unwrap()).collect();
-    let data = Data { tracks: &tracks, sigma: NOISE, sigma_current: None };
+    model
+}
+
+/// The parameters that a fit of the effect alone finds, with their intervals.
+fn fitted(effect: &str, plain: &Robot, runs: &[Recording]) -> Vec<FittedParameter> {
+    let model = held_model(plain);
+    let tracks = tracks(plain, runs);
+    values::fitted(plain, &model, &best_fit(effect, &model, &data(&tracks)))
+}
+
+fn data(tracks: &[Track]) -> Data<'_> {
+    Data { tracks, sigma: NOISE, sigma_current: None }
+}
+
+/// The fit of the effect from the best of its starts.
+fn best_fit(effect: &str, model: &FileModel, data: &Data) -> Fit {
+    let (id, tracks) = (Id::of(effect).unwrap(), data.tracks);
     let starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();
     let begin = |start| {
-        let mut begun = Fit::begin(&model, &[id], start, starts.clone());
-        let _ = refine_all(&begun.plant(&model), &tracks, &mut begun.starts, std::slice::from_ref(&starts), 4);
+        let mut begun = Fit::begin(model, &[id], start, starts.clone());
+        let _ = refine_all(&begun.plant(model), tracks, &mut begun.starts, std::slice::from_ref(&starts), 4);
         begun
     };
-    let fits = (0..model.starts(&[id])).map(|start| fit(&model, &data, begin(start), Until::settled(25, 1e-6)));
-    let found = fits.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap();
-    values::fitted(plain, &model, &found)
+    let fits = (0..model.starts(&[id])).map(|start| fit(model, data, begin(start), Until::settled(25, 1e-6)));
+    fits.min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap()
+}
+
+#[test]
+fn starts_are_found_where_a_shaft_sticks() {
+    let (plain, with) = robots("coulomb_friction", &[("torque_nm", 4e-4), ("presliding_deg", 0.5)]);
+    for seed in 0..6 {
+        let (robot, _) = specimen(&plain, &with, seed);
+        let model = held_model(&robot);
+        let tracks = tracks(&robot, &ALL.map(|kind| run(&robot, kind)));
+        let plant = |model: &FileModel| Fit::begin(model, &[], 0, Vec::new()).plant(model);
+        let mut starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();
+        // As in a diagnosis: the starts are first those that suit a model without friction.
+        let _ = refine_all(&plant(&held_model(&plain)), &tracks, &mut starts, &[], 4);
+        let plant = plant(&model);
+        for (track, (_, errors)) in tracks.iter().zip(refine_all(&plant, &tracks, &mut starts, &[], 8)) {
+            let left = (errors.iter().sum::<f64>() / track.readings()).sqrt();
+            println!("robot {seed}: {left} rad left");
+            assert!(left < 1.1 * NOISE, "robot {seed}: {left} rad left");
+        }
+    }
+}
+
+#[test]
+fn small_steps_take_the_integrators_share_out_of_a_number() {
+    let (plain, with) = robots("sensor_lag", &[("time_s", 8e-3)]);
+    let model = held_model(&plain);
+    let tracks = tracks(&plain, &ALL.map(|kind| run(&with, kind)));
+    let data = data(&tracks);
+    let usual = best_fit("sensor_lag", &model, &data);
+    let small = in_small_steps(&model, &data, usual.clone(), Until::settled(6, 1e-6));
+    // In its own standard deviations.
+    let off = |fit: &Fit| (fit.coordinates[0] - fit.free[0].coordinate(8e-3)) / fit.deviation(0);
+    assert!(off(&small).abs() < 2.5, "{} instead of {}", off(&small), off(&usual));
+    assert!(small.cost < usual.cost);
 }
 
 #[test]
