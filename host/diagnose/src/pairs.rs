@@ -7,7 +7,7 @@ use super::fit::Fit;
 use super::is_implausible;
 use super::screen::Proposal;
 use super::search::{
-    Asks, Candidate, LOOK, MOST_FURTHER, ROUNDS, TOLERANCE, Wanted, floor, level, simpler, singles, try_all,
+    Asks, Candidate, LEADS, LOOK, MOST_FURTHER, ROUNDS, TOLERANCE, Wanted, floor, level, simpler, singles, try_all,
 };
 use super::selection::reaches;
 use super::session::Session;
@@ -20,6 +20,9 @@ const LEADING: usize = 2;
 const PROPOSED: usize = 4;
 /// A pair that leaves at most this share of the mean square error is fitted again where it does not reach the floor.
 const MOST: f64 = 0.5;
+/// What an effect is mistaken for may be mistaken for a third: play between the gears for a soft shaft, that for a late reading, and that
+/// for a late command.
+const RELATIONS: usize = 3;
 /// So many times, as long as it becomes better.
 const RESTARTS: usize = 3;
 
@@ -29,7 +32,9 @@ pub fn add_pairs(session: &Session, baseline: &Candidate, candidates: &mut Vec<C
         return;
     }
     candidates.extend(pairs(session, candidates, asks.proposals));
-    candidates.extend(relatives(session, candidates));
+    for _ in 0..RELATIONS {
+        candidates.extend(relatives(session, candidates));
+    }
     for _ in 0..RESTARTS {
         if !restart(session, baseline, candidates) {
             break;
@@ -44,13 +49,16 @@ fn best_pair(candidates: &[Candidate]) -> Option<usize> {
     pairs.min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
 }
 
-/// Fits and judges the best pair with each of its effects in turn replaced by those that the catalogue knows to be mistaken for
-/// it, the other one where it was found.
+/// Fits and judges pairs that do about as well as the best with each of their effects in turn replaced by those that the catalogue knows
+/// to be mistaken for it, the other one where it was found.
 fn relatives(session: &Session, candidates: &[Candidate]) -> Vec<Candidate> {
-    let Some(pair) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
+    let Some(best) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
+    let leads = |one: &&Candidate| one.effects.len() == 2 && one.mean_square() <= LEADS * best.mean_square();
+    let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).collect();
+    leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let mut wanted: Vec<Wanted> = Vec::new();
-    for (place, &effect) in pair.effects.iter().enumerate() {
-        let other = pair.effects[1 - place];
+    for (pair, place) in leading.iter().flat_map(|pair| [(pair, 0), (pair, 1)]) {
+        let (effect, other) = (pair.effects[place], pair.effects[1 - place]);
         let known = candidates.iter().flat_map(|one| &one.effects).copied();
         for relative in known.filter(|one| one.mistaken(effect) && *one != other && !one.overlaps(other)) {
             let mut effects = vec![relative, other];
@@ -62,7 +70,7 @@ fn relatives(session: &Session, candidates: &[Candidate]) -> Vec<Candidate> {
             }
         }
     }
-    try_all(session, &wanted, (MOST_FURTHER, session.coarse_cost(&pair.fit)), &|| ())
+    try_all(session, &wanted, (MOST_FURTHER, session.coarse_cost(&best.fit)), &|| ())
 }
 
 /// Where the best pair takes most of the misfit away and yet does not reach the floor, it is fitted again from every starting point
@@ -189,5 +197,29 @@ mod tests {
         let alone = |effect: Id| candidates.iter().find(|one| one.effects == [effect]).unwrap();
         assert!(reaches(session.noise, &baseline, alone(drop)));
         assert!(!reaches(session.noise, &baseline, alone(drag)));
+    }
+
+    #[test]
+    fn what_a_pair_that_does_as_well_is_mistaken_for_is_tried_too() {
+        let mut rig = Rig::off();
+        rig.shaft.laws = Laws { driver_drop: Some(DriverDrop { drop_v: 0.4, slope_ohm: 0.0 }), ..Laws::NONE };
+        let runs = rig.runs(3);
+        let (session, fit) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
+        let pair = |names: [&str; 2]| {
+            let mut effects: Vec<Id> = names.iter().filter_map(|name| Id::of(name)).collect();
+            effects.sort();
+            effects
+        };
+        let wanted = [["quadratic_drag", "driver_drop"], ["cubic_drag", "driver_drop"]].map(|names| {
+            let effects = pair(names);
+            let starts = session.all_starts(&effects);
+            Wanted { effects, from: fit.clone(), starts }
+        });
+        let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
+        let dead_time = session.again(&[Id::of("driver_dead_time").unwrap()], &fit, 3, TOLERANCE, f64::INFINITY);
+        candidates.push(Candidate::of(&session, dead_time, true));
+        let tried = relatives(&session, &candidates);
+        let has = |names| tried.iter().any(|one| one.effects == pair(names));
+        assert!(has(["quadratic_drag", "driver_dead_time"]) && has(["cubic_drag", "driver_dead_time"]));
     }
 }

@@ -89,7 +89,7 @@ pub(super) const MOST_FURTHER: usize = 3;
 const FIRST: (usize, f64, usize) = (6, 0.1, 2);
 
 /// A model does about as well as the best up to this factor of its mean square error.
-const LEADS: f64 = 1.1;
+pub(super) const LEADS: f64 = 1.1;
 /// What contains another effect leaves less than this share of its mean square error where it has something of its own.
 const GAINS: f64 = 0.999;
 /// Much better, or worse, is this factor of the mean square error.
