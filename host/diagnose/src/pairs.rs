@@ -32,8 +32,9 @@ pub fn add_pairs(session: &Session, baseline: &Candidate, candidates: &mut Vec<C
         return;
     }
     candidates.extend(pairs(session, candidates, asks.proposals));
+    let mut looked_at = Vec::new();
     for _ in 0..RELATIONS {
-        candidates.extend(relatives(session, candidates));
+        candidates.extend(relatives(session, candidates, &mut looked_at));
     }
     for _ in 0..RESTARTS {
         if !restart(session, baseline, candidates) {
@@ -50,8 +51,8 @@ fn best_pair(candidates: &[Candidate]) -> Option<usize> {
 }
 
 /// Fits and judges pairs that do about as well as the best with each of their effects in turn replaced by those that the catalogue knows
-/// to be mistaken for it, the other one where it was found.
-fn relatives(session: &Session, candidates: &[Candidate]) -> Vec<Candidate> {
+/// to be mistaken for it, the other one where it was found. What was looked at before is not looked at again.
+fn relatives(session: &Session, candidates: &[Candidate], looked_at: &mut Vec<Vec<Id>>) -> Vec<Candidate> {
     let Some(best) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
     let leads = |one: &&Candidate| one.effects.len() == 2 && one.mean_square() <= LEADS * best.mean_square();
     let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).collect();
@@ -63,12 +64,16 @@ fn relatives(session: &Session, candidates: &[Candidate]) -> Vec<Candidate> {
         for relative in known.filter(|one| one.mistaken(effect) && *one != other && !one.overlaps(other)) {
             let mut effects = vec![relative, other];
             effects.sort();
-            let tried = candidates.iter().map(|one| &one.effects).chain(wanted.iter().map(|one| &one.effects));
-            if tried.into_iter().all(|one| *one != effects) {
+            let mut tried = candidates.iter().map(|one| &one.effects).chain(looked_at.iter());
+            if tried.all(|one| *one != effects) {
                 let starts = session.all_starts(&effects);
+                looked_at.push(effects.clone());
                 wanted.push(Wanted { effects, from: pair.fit.without(&session.model, effect), starts });
             }
         }
+    }
+    if wanted.is_empty() {
+        return Vec::new();
     }
     try_all(session, &wanted, (MOST_FURTHER, session.coarse_cost(&best.fit)), &|| ())
 }
@@ -218,7 +223,7 @@ mod tests {
         let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
         let dead_time = session.again(&[Id::of("driver_dead_time").unwrap()], &fit, 3, TOLERANCE, f64::INFINITY);
         candidates.push(Candidate::of(&session, dead_time, true));
-        let tried = relatives(&session, &candidates);
+        let tried = relatives(&session, &candidates, &mut Vec::new());
         let has = |names| tried.iter().any(|one| one.effects == pair(names));
         assert!(has(["quadratic_drag", "driver_dead_time"]) && has(["cubic_drag", "driver_dead_time"]));
     }
