@@ -73,6 +73,9 @@ struct ArcRead {
 const FAR: f64 = 4.0;
 /// A fit whose cost will stay above this many times another one's is beaten by it.
 const BEATEN: f64 = 1.1;
+/// A fit in small steps takes so many rounds, or ends where one brings less than this share of the cost.
+const POLISH_ROUNDS: usize = 6;
+const POLISH_TOLERANCE: f64 = 1e-6;
 /// Rollouts of a block of the coarse set, and how many blocks there are at least to each that is taken.
 const COARSE: (usize, usize) = (5, 3);
 /// Readings that are enough for a look.
@@ -110,8 +113,6 @@ fn name_apart<'a>(runs: impl Iterator<Item = (&'a mut Track, &'a Recording)>) {
         }
     }
 }
-/// Rounds, and where they end, of a fit in small steps.
-const SMALL_STEPS: (usize, f64) = (6, 1e-6);
 
 impl Session {
     /// Makes runs ready, refits the file's own numbers, and measures the floor.
@@ -488,7 +489,7 @@ impl Session {
     /// Fits on in small steps of the integrator, for numbers that are reported: their intervals are narrow.
     #[must_use]
     pub fn in_small_steps(&self, fit: &Fit) -> Fit {
-        fit::in_small_steps(&self.model, &self.data(), fit.clone(), Until::settled(SMALL_STEPS.0, SMALL_STEPS.1))
+        fit::in_small_steps(&self.model, &self.data(), fit.clone(), Until::settled(POLISH_ROUNDS, POLISH_TOLERANCE))
     }
 
     /// Readings that the coarse set has, about: the cost that noise alone would leave there.
