@@ -4,19 +4,19 @@
 //! eliminated from the normal equations (arrow structure) and follow from back substitution. Sensitivities are finite
 //! differences of whole runs.
 
-use std::ops::Range;
-
 use effects::{Id, Scale};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::current::{count_of_currents, current_at, current_residuals};
+use super::covariance;
+use super::current::{count_of_currents, current_residuals};
 use super::model::Plant;
 use super::nominal::FileModel;
+use super::normal_equations::{self, SegmentEquations};
 use super::numbers::{Free, Number};
 use super::probe::{Probe, Shape};
-use super::rollout::{self, Normal2, Rolled, Starts, residual};
-use super::track::{Segment, Track};
+use super::rollout::{self, Rolled, Starts};
+use super::track::Track;
 
 /// What is fitted to.
 pub struct Data<'a> {
@@ -28,8 +28,6 @@ pub struct Data<'a> {
     pub sigma_current: Option<f64>,
 }
 
-/// Standard deviation, in a fit's coordinates, of numbers of which nothing is known: an interval reaches to the bounds.
-const UNKNOWN: f64 = 1e3;
 /// Standard deviations to the ends of a 95 % interval.
 pub const WIDE: f64 = 1.96;
 /// See [`Fit::strayed`].
@@ -52,7 +50,7 @@ pub struct Fit {
     pub starts: Starts,
     /// Sum of squares, in units of sigma², prior included: see [`misfit`].
     pub cost: f64,
-    /// Covariance of the coordinates: the sandwich over segments, so that it holds for a wrong model too.
+    /// Covariance of the coordinates: see [`super::covariance`].
     pub covariance: DMatrix<f64>,
 }
 
@@ -248,10 +246,8 @@ struct Reduced {
     /// See [`misfit`].
     misfit: f64,
     gradient: DVector<f64>,
-    /// Sum over segments of the outer products of their gradients.
-    meat: DMatrix<f64>,
-    /// Per track and segment: the start's own equations and its coupling to the numbers.
-    blocks: Vec<Vec<(Normal2, Vec<[f64; 2]>)>>,
+    /// Of each segment, by track.
+    segments: Vec<Vec<SegmentEquations>>,
 }
 
 /// When a fit ends.
@@ -339,7 +335,8 @@ fn descend(mut descent: Descent, until: Until) -> Fit {
     }
     let mut best = descent.best;
     if let Some(equations) = equations {
-        best.covariance = sandwich(&equations);
+        let Reduced { matrix, prior, misfit, segments, .. } = &equations;
+        best.covariance = covariance::of(matrix, prior, *misfit, segments.iter().flatten());
     }
     best
 }
@@ -426,7 +423,7 @@ pub fn roll_all(model: &FileModel, data: &Data, fit: &Fit) -> Vec<Rolled> {
         .collect()
 }
 
-fn with_current(data: &Data, track: &Track) -> bool {
+pub(super) fn with_current(data: &Data, track: &Track) -> bool {
     data.sigma_current.is_some() && !track.current.is_empty()
 }
 
@@ -582,21 +579,20 @@ fn linearise(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> 
     let size = fit.free.len();
     let squares = squares(data, rolled);
     let weight = prior_weight(data, squares, fit);
+    let of_track = |(index, columns): (usize, &Columns)| {
+        normal_equations::of_segments(data, &data.tracks[index], &rolled[index], columns).collect()
+    };
+    let segments: Vec<Vec<SegmentEquations>> = columns.par_iter().enumerate().map(of_track).collect();
     let mut reduced = Reduced {
         matrix: DMatrix::zeros(size, size),
         prior: fit.free.iter().map(|one| weight * one.prior.powi(-2)).collect(),
         misfit: misfit(data, squares),
         gradient: DVector::zeros(size),
-        meat: DMatrix::zeros(size, size),
-        blocks: Vec::with_capacity(columns.len()),
+        segments,
     };
-    for track in reduce_all(data, rolled, columns) {
-        reduced.matrix += track.matrix;
-        for right in &track.gradients {
-            reduced.gradient += right;
-            reduced.meat += right * right.transpose();
-        }
-        reduced.blocks.push(track.blocks);
+    for segment in reduced.segments.iter().flatten() {
+        reduced.matrix += &segment.matrix;
+        reduced.gradient += &segment.gradient;
     }
     for (i, one) in fit.free.iter().enumerate() {
         let precision = reduced.prior[i];
@@ -606,95 +602,9 @@ fn linearise(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> 
     reduced
 }
 
-/// One track's share of the normal equations, the starts eliminated.
-pub struct TrackEquations {
-    /// Curvature.
-    pub matrix: DMatrix<f64>,
-    /// Per segment: gradient.
-    pub gradients: Vec<DVector<f64>>,
-    /// Per segment: the start's own equations and its coupling to the numbers.
-    pub blocks: Vec<(Normal2, Vec<[f64; 2]>)>,
-}
-
-/// Every track's share of the normal equations.
-pub fn reduce_all(data: &Data, rolled: &[Rolled], columns: &[Columns]) -> Vec<TrackEquations> {
-    columns
-        .par_iter()
-        .enumerate()
-        .map(|(index, columns)| reduce(data, &data.tracks[index], &rolled[index], columns))
-        .collect()
-}
-
 /// The column of a number that changes the readings and not the motion.
 fn reading_column(base: &Plant, moved: &Plant, rolled: &Rolled, delta: f64) -> Vec<f64> {
     rolled.wipers.iter().map(|wiper| (moved.reading(*wiper) - base.reading(*wiper)) / delta).collect()
-}
-
-fn reduce(data: &Data, track: &Track, rolled: &Rolled, columns: &Columns) -> TrackEquations {
-    let size = columns.len() - 2;
-    let mut matrix = DMatrix::zeros(size, size);
-    let mut gradients = Vec::with_capacity(track.segments.len());
-    let mut blocks = Vec::with_capacity(track.segments.len());
-    let mut first = 0;
-    for segment in &track.segments {
-        let places = first..first + segment.last - segment.first;
-        let products = products(&rows(data, track, segment, rolled, columns, places.clone()));
-        first = places.end;
-        // The starts' two come first, what is left last.
-        let (of_starts, left) = (|i: usize| [products[(i, 0)], products[(i, 1)]], size + 2);
-        let own =
-            Normal2 { aa: products[(0, 0)], ab: products[(1, 0)], bb: products[(1, 1)], gradient: of_starts(left) };
-        let coupling: Vec<[f64; 2]> = (2..left).map(of_starts).collect();
-        let back = own.solve(own.gradient);
-        gradients.push(DVector::from_fn(size, |i, _| {
-            products[(left, i + 2)] - coupling[i][0] * back[0] - coupling[i][1] * back[1]
-        }));
-        for i in 0..size {
-            let solved = own.solve(coupling[i]);
-            for j in 0..=i {
-                let value = products[(i + 2, j + 2)] - coupling[j][0] * solved[0] - coupling[j][1] * solved[1];
-                matrix[(i, j)] += value;
-            }
-        }
-        blocks.push((own, coupling));
-    }
-    matrix.fill_upper_triangle_with_lower_triangle();
-    TrackEquations { matrix, gradients, blocks }
-}
-
-/// The rows of a segment's equations in units of the noise, one after the other: how a reading or a current changes with the
-/// starts' two and with each number, and what is left of it.
-fn rows(
-    data: &Data,
-    track: &Track,
-    segment: &Segment,
-    rolled: &Rolled,
-    columns: &Columns,
-    places: Range<usize>,
-) -> DMatrix<f64> {
-    let width = columns.len() + 1;
-    let mut rows = Vec::with_capacity(places.len() * width);
-    let weight = 1.0 / data.sigma;
-    for (k, place) in (segment.first..segment.last).zip(places) {
-        if track.weight[k] > 0.0 {
-            rows.extend(columns.iter().map(|column| column.0[place] * weight));
-            rows.push(residual(track, segment, k, rolled.readings[place]) * weight);
-        }
-        if let (Some(sigma), true) = (data.sigma_current, with_current(data, track) && k > segment.first)
-            && let Some(simulated) = current_at(track, k, &rolled.currents, place)
-        {
-            // The start's speed moves the current too, but so little beside the angle that it is left out.
-            rows.extend([0.0; 2]);
-            rows.extend(columns[2..].iter().map(|column| 0.5 * (column.1[place - 1] + column.1[place]) / sigma));
-            rows.push((track.current[k] - simulated) / sigma);
-        }
-    }
-    DMatrix::from_vec(width, rows.len() / width, rows)
-}
-
-/// Sums of the products of the rows' entries.
-fn products(rows: &DMatrix<f64>) -> DMatrix<f64> {
-    rows * rows.transpose()
 }
 
 /// The change of the numbers that a damped linear model asks for, and the gradient that it follows; `None` where the equations
@@ -725,9 +635,9 @@ fn change(fit: &Fit, equations: &Reduced, damping: f64) -> (Option<DVector<f64>>
 /// the numbers open. Of the whole step: what a bound cuts off may be all that there is to gain.
 fn promise(fit: &Fit, equations: &Reduced) -> f64 {
     let (Some(change), gradient) = change(fit, equations, 0.0) else { return f64::INFINITY };
-    let of_starts = equations.blocks.iter().flatten().map(|(own, _)| {
-        let alone = own.solve(own.gradient);
-        own.gradient[0] * alone[0] + own.gradient[1] * alone[1]
+    let of_starts = equations.segments.iter().flatten().map(|SegmentEquations { start, .. }| {
+        let alone = start.solve(start.gradient);
+        start.gradient[0] * alone[0] + start.gradient[1] * alone[1]
     });
     change.dot(&(2.0 * &gradient - &equations.matrix * &change)) + of_starts.sum::<f64>()
 }
@@ -754,14 +664,14 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
         let clamped = trial.coordinates[i] - to;
         moved[i] = steps[i] + clamped;
     }
-    for (starts, blocks) in trial.starts.iter_mut().zip(&equations.blocks) {
-        for (start, (own, coupling)) in starts.iter_mut().zip(blocks) {
-            let mut right = own.gradient;
-            for (coupling, moved) in coupling.iter().zip(&moved) {
+    for (starts, segments) in trial.starts.iter_mut().zip(&equations.segments) {
+        for (start, own) in starts.iter_mut().zip(segments) {
+            let mut right = own.start.gradient;
+            for (coupling, moved) in own.coupling.iter().zip(&moved) {
                 right[0] -= coupling[0] * moved;
                 right[1] -= coupling[1] * moved;
             }
-            let step = own.solve(right);
+            let step = own.start.solve(right);
             start[0] += step[0];
             start[1] += step[1];
         }
@@ -771,29 +681,6 @@ fn step(fit: &Fit, equations: &Reduced, damping: f64) -> Fit {
 
 fn lower(one: &Free) -> f64 {
     one.coordinate(one.low)
-}
-
-/// Covariance from the curvature and the scatter of the segments' gradients. Where the model misses the data by more
-/// than their noise, the data count for as much less beside the prior, so that a direction that they leave open keeps
-/// the prior's width.
-fn sandwich(equations: &Reduced) -> DMatrix<f64> {
-    let (size, misfit) = (equations.gradient.len(), equations.misfit);
-    let prior = DMatrix::from_diagonal(&DVector::from_column_slice(&equations.prior));
-    let mut matrix = &equations.matrix / misfit;
-    for i in 0..size {
-        matrix[(i, i)] = matrix[(i, i)] * (1.0 + 1e-9) + 1e-9;
-    }
-    let Some(factor) = matrix.cholesky() else {
-        // The data and the priors leave a direction open: nothing is known.
-        return DMatrix::from_diagonal_element(size, size, UNKNOWN * UNKNOWN);
-    };
-    let inverse = factor.inverse();
-    let mut covariance = &inverse * (&equations.meat / misfit + prior) / misfit * &inverse;
-    // Of a number that moves nothing and has no prior, no gradient scatters: that is no knowledge of it.
-    for i in (0..size).filter(|&i| equations.matrix[(i, i)] <= 0.0) {
-        covariance[(i, i)] = UNKNOWN * UNKNOWN;
-    }
-    covariance
 }
 
 /// Mean square error over the noise's, never below 1, of a sum of squares in units of sigma². Where the model misses the data by

@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::fit::{self, Columns, Data, Fit};
+use super::normal_equations;
 use super::rollout::Rolled;
 
 /// Standard deviation that a further number has where the data say nothing of it, in its own unit.
@@ -34,7 +35,7 @@ pub fn one_step(
     let held = DMatrix::from_diagonal(&held);
     let mut matrix = held.clone();
     let mut total = pull;
-    for equations in fit::reduce_all(data, rolled, &columns) {
+    for equations in normal_equations::of_tracks(data, rolled, &columns) {
         matrix += equations.matrix;
         total += equations.gradients.iter().sum::<DVector<f64>>();
     }
@@ -48,7 +49,7 @@ pub fn one_step(
     let stepped: Vec<Rolled> =
         rolled.iter().zip(&columns).map(|(rolled, columns)| after(rolled, &columns[2..], &step)).collect();
     let mut meat = held;
-    for (index, equations) in fit::reduce_all(data, &stepped, &columns).iter().enumerate() {
+    for (index, equations) in normal_equations::of_tracks(data, &stepped, &columns).iter().enumerate() {
         for block in equations.gradients.chunks(block_rollouts(index)) {
             let score: DVector<f64> = block.iter().sum();
             meat += &score * score.transpose();

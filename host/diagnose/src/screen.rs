@@ -19,6 +19,7 @@ use super::curves;
 use super::fit::{self, Columns, Data, Fit, Moved};
 use super::motion;
 use super::nominal::FileModel;
+use super::normal_equations;
 use super::numbers::Number;
 use super::probe::Follows;
 use super::rollout::Rolled;
@@ -322,7 +323,7 @@ impl Scores {
         let size = columns.first().map_or(numbers, |all| all.len() - 2);
         let mut matrix = DMatrix::zeros(size, size);
         let mut blocks = Vec::new();
-        for (track, equations) in data.tracks.iter().zip(fit::reduce_all(data, rolled, columns)) {
+        for (track, equations) in data.tracks.iter().zip(normal_equations::of_tracks(data, rolled, columns)) {
             matrix += equations.matrix;
             blocks.extend(
                 equations.gradients.chunks(block_rollouts(track)).map(|block| block.iter().sum::<DVector<f64>>()),

@@ -63,8 +63,8 @@ impl<'a> SceneWriter<'a> {
         }
         if scene.frames.iter().any(|frame| !frame.shapes.is_empty()) {
             let shapes = channel::<SceneUpdate, W>(writer, "/scene")?;
-            this.write(writer, shapes, log_time, &shapes_of(scene, log_time))?;
             let description = description_channel(writer)?;
+            this.write(writer, shapes, log_time, &shapes_of(scene, log_time))?;
             let header = header(description, 0, log_time);
             writer.write_to_known_channel(&header, &cdr_string(&urdf(scene)))?;
         }

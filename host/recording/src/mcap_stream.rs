@@ -165,6 +165,12 @@ impl Contents {
         }
     }
 
+    /// Topic of a message that is not ours.
+    pub(super) fn other(&self, record: &Record<'_>) -> Option<&Topic> {
+        let Record::Message { header, .. } = record else { return None };
+        self.topics.get(&header.channel_id).filter(|topic| topic.kind == Kind::Other)
+    }
+
     /// Every topic, sorted.
     pub(super) fn names(&self) -> Vec<&str> {
         let names: BTreeSet<&str> = self.topics.values().map(|topic| topic.name.as_str()).collect();
@@ -226,6 +232,11 @@ impl Choice {
         }
         self.chosen = Some(topic.robot.clone());
         true
+    }
+
+    /// Whether the robot that is read is the only one of its file, with topics without its name.
+    pub(super) fn is_unnamed(&self) -> bool {
+        self.chosen.as_deref() == Some("")
     }
 
     /// Whether an event, state or link message concerns the robot that is read: of a robot without samples before it,

@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use super::rows::{self, Cell};
 use common::atomic::write_atomically;
 
+use super::mcap_others::{Others, OthersWriter};
 use super::mcap_scene::SceneWriter;
 use super::schema::{event_schema, state_schema};
 use super::telemetry::At;
@@ -43,41 +44,37 @@ pub fn write_mcap_with(
     extra: &[ExtraColumn],
     metadata: &Metadata,
 ) -> Result<(), RecordingError> {
-    write_mcap_run(path, recording, extra, &RunLog::default(), None, metadata)
+    let run = Written { recording, extra, log: &RunLog::default(), scene: None, others: &Others::default() };
+    run.write(path, metadata)
 }
 
-/// [`write_mcap_with`], what the controller was told and said, and what viewers draw of it. States of the scene after the last sample are
-/// left out.
-///
-/// # Errors
-/// As [`write_mcap`]; the log does not fit the samples, or the scene's frames not its states.
-pub fn write_mcap_run(
-    path: &Path,
-    recording: &Recording,
-    extra: &[ExtraColumn],
-    log: &RunLog,
-    scene: Option<&Scene>,
-    metadata: &Metadata,
-) -> Result<(), RecordingError> {
-    rows::check_rectangular(path, recording, extra)?;
-    log.check(path, recording)?;
-    scene.map_or(Ok(()), |scene| scene.check(path))?;
-    let metadata = metadata.to_toml(path)?;
-    write_atomically::<io::Error>(path, |file| write_watched(file, recording, extra, log, scene, &metadata))
-        .map_err(|e| RecordingError::io(path, e))
+/// What of a run is written beside its metadata.
+pub(super) struct Written<'a> {
+    pub(super) recording: &'a Recording,
+    pub(super) extra: &'a [ExtraColumn],
+    pub(super) log: &'a RunLog,
+    /// Its states after the last sample are left out.
+    pub(super) scene: Option<&'a Scene>,
+    pub(super) others: &'a Others,
+}
+
+impl Written<'_> {
+    /// The file is whole or not there. Fails as [`write_mcap`] does, and where the log does not fit the samples, or the scene's frames
+    /// not its states.
+    pub(super) fn write(&self, path: &Path, metadata: &Metadata) -> Result<(), RecordingError> {
+        rows::check_rectangular(path, self.recording, self.extra)?;
+        self.log.check(path, self.recording)?;
+        self.scene.map_or(Ok(()), |scene| scene.check(path))?;
+        let metadata = metadata.to_toml(path)?;
+        write_atomically::<io::Error>(path, |file| write_watched(file, self, &metadata))
+            .map_err(|e| RecordingError::io(path, e))
+    }
 }
 
 /// Writes, and fails with the file's own error.
-fn write_watched(
-    file: impl Write + Seek,
-    recording: &Recording,
-    extra: &[ExtraColumn],
-    log: &RunLog,
-    scene: Option<&Scene>,
-    metadata: &str,
-) -> io::Result<()> {
+fn write_watched(file: impl Write + Seek, run: &Written<'_>, metadata: &str) -> io::Result<()> {
     let mut file = Watched { file, error: None };
-    let written = write(&mut file, recording, extra, log, scene, metadata);
+    let written = write(&mut file, run, metadata);
     written.map_err(|error| file.error.take().unwrap_or_else(|| into_io(error)))
 }
 
@@ -124,14 +121,8 @@ pub(super) fn into_io(error: mcap::McapError) -> io::Error {
     }
 }
 
-fn write<W: Write + Seek>(
-    file: W,
-    recording: &Recording,
-    extra: &[ExtraColumn],
-    log: &RunLog,
-    scene: Option<&Scene>,
-    metadata: &str,
-) -> mcap::McapResult<()> {
+fn write<W: Write + Seek>(file: W, run: &Written<'_>, metadata: &str) -> mcap::McapResult<()> {
+    let &Written { recording, extra, log, scene, others } = run;
     let options = mcap::WriteOptions::new().compression(None).library(concat!("scram ", env!("CARGO_PKG_VERSION")));
     let mut writer = options.create(file)?;
     writer.write_metadata(&mcap::records::Metadata {
@@ -152,6 +143,7 @@ fn write<W: Write + Seek>(
     // The log time is for viewers and cannot be negative; t_s in the message is the time.
     let log_time = |t_s: f64| ((if start < 0.0 { t_s - start } else { t_s }) * 1e9).round() as u64;
     let mut scene = scene.map(|scene| SceneWriter::begin(&mut writer, scene, log_time(start))).transpose()?;
+    let mut others = OthersWriter::begin(&mut writer, others, log_time(start))?;
     let mut cells = Vec::new();
     let mut given = 0;
     for row in 0..recording.len() {
@@ -167,6 +159,7 @@ fn write<W: Write + Seek>(
         if let Some(scene) = &mut scene {
             scene.until(&mut writer, t_s, log_time)?;
         }
+        others.until(&mut writer, time)?;
         // Commands and states before the sample of their tick.
         for command in log.commands_before(row, &mut given) {
             told.command(&mut writer, &header(told.event), t_s, command)?;
@@ -184,6 +177,7 @@ fn write<W: Write + Seek>(
             writer.write_to_known_channel(&header(channel), Value::Object(message).to_string().as_bytes())?;
         }
     }
+    others.until(&mut writer, u64::MAX)?;
     writer.finish()?;
     Ok(())
 }
@@ -307,12 +301,19 @@ mod tests {
             angle: crate::AngleReading::Adc(vec![Some(1), None, Some(3)]),
             ..Recording::default()
         };
+        let run = Written {
+            recording: &recording,
+            extra: &[],
+            log: &RunLog::default(),
+            scene: None,
+            others: &Others::default(),
+        };
         let mut small = Small { file: Cursor::default(), room: usize::MAX };
-        write_watched(&mut small, &recording, &[], &RunLog::default(), None, "").unwrap();
+        write_watched(&mut small, &run, "").unwrap();
         let whole = small.file.get_ref().len();
         for room in 0..whole {
             let mut small = Small { file: Cursor::default(), room };
-            let written = write_watched(&mut small, &recording, &[], &RunLog::default(), None, "");
+            let written = write_watched(&mut small, &run, "");
             assert_eq!(written.unwrap_err().kind(), io::ErrorKind::StorageFull, "{room} of {whole} bytes");
         }
     }

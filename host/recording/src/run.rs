@@ -8,11 +8,13 @@ use serde_json::{Map, Value};
 
 use super::builder::Layout;
 use super::entries::{event, stated};
+use super::mcap_others::{Others, OthersReader};
 use super::mcap_stream::{Choice, Contents, Kind, records};
+use super::mcap_write::Written;
 use super::telemetry::At;
 use super::{
     ExtraColumn, LoggedCommand, Metadata, ReadOptions, RecordedEvent, Recording, RecordingError, RunLog, Scene,
-    SessionEvent, Stated, load_with, write_csv_run, write_mcap_run,
+    SessionEvent, Stated, load_with, write_csv_run,
 };
 
 /// Columns of a [`RunLog`], in the order in which they are written.
@@ -29,8 +31,11 @@ pub struct Run {
     pub extra: Vec<ExtraColumn>,
     /// What it takes to decide the run again, and what was decided.
     pub log: RunLog,
-    /// What viewers draw of it, in MCAP. It is made of what a simulation knows beside the samples, and not read back.
+    /// What viewers draw of it, in MCAP. It is made of what a simulation knows beside the samples; of a run that was read it is
+    /// among the [`Self::others`].
     pub scene: Option<Scene>,
+    /// What an MCAP file holds beside these, written again as it was.
+    pub others: Others,
     /// What is known beside the samples.
     pub metadata: Metadata,
     /// What a person should know of the file.
@@ -68,10 +73,10 @@ impl Run {
     /// The ending is neither, the columns do not fit together, or the file system refuses.
     pub fn write(&self, path: &Path) -> Result<(), RecordingError> {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        let Self { recording, extra, log, scene, metadata, .. } = self;
+        let Self { recording, extra, log, scene, others, metadata, .. } = self;
         match extension.as_str() {
             "csv" => write_csv_run(path, recording, extra, log, metadata),
-            "mcap" => write_mcap_run(path, recording, extra, log, scene.as_ref(), metadata),
+            "mcap" => Written { recording, extra, log, scene: scene.as_ref(), others }.write(path, metadata),
             _ => Err(RecordingError::UnknownKind { path: path.to_owned() }),
         }
     }
@@ -92,6 +97,7 @@ struct Beside {
     stated: Vec<Stated>,
     commands: Vec<LoggedCommand>,
     now: Option<Stated>,
+    others: OthersReader,
 }
 
 impl Beside {
@@ -163,10 +169,20 @@ impl Beside {
         let (mut next, mut t_s) = (0, f64::NAN);
         records(path, None, &mut |record: Record<'_>| {
             contents.learn(path, &record)?;
+            self.others.learn(&record);
+            if let (Some(topic), Record::Message { header, data }) = (contents.other(&record), &record) {
+                if choice.concerns(topic) || choice.is_unnamed() {
+                    self.others.message(header, data);
+                }
+                return Ok(());
+            }
             let Some((topic, data)) = contents.message(path, &record)? else { return Ok(()) };
             match topic.kind {
                 Kind::Sample if choice.takes(topic, &contents.metadata) => {
                     (self.row, next) = (next, next + 1);
+                    if let Record::Message { header, .. } = &record {
+                        self.others.sample(header);
+                    }
                     let message = numbers(data);
                     t_s = message.get("t_s").and_then(Value::as_f64).unwrap_or(f64::NAN);
                     self.further(&message);
@@ -218,7 +234,7 @@ impl Beside {
 
     /// Sorts what was read into a run.
     fn give(self, run: &mut Run) {
-        let Self { columns, words, mut stated, mut commands, .. } = self;
+        let Self { columns, words, mut stated, mut commands, others, .. } = self;
         let place = |name: &str| LOGGED.iter().position(|logged| *logged == name);
         let numbers = columns.into_iter().filter(|column| !words.contains(&column.name));
         let (mut logged, extra): (Vec<_>, Vec<_>) = numbers.partition(|column| place(&column.name).is_some());
@@ -232,6 +248,10 @@ impl Beside {
         }
         commands.retain(|command| command.row < self.rows);
         (run.extra, run.log) = (extra, RunLog { numbers: logged, stated, commands });
+        match others.finish() {
+            Ok(others) => run.others = others,
+            Err(note) => run.notes.push(note),
+        }
     }
 }
 

@@ -128,9 +128,8 @@ fn a_whole_run_is_read_back_and_written_the_same() {
                 stated: (0..100).map(stated).collect(),
                 commands: vec![command(0, "freq 7", false), command(50, "freq 7", true)],
             },
-            scene: None,
             metadata: Metadata { robot: Some("scram-26".into()), seed: Some(3), ..Metadata::default() },
-            notes: Vec::new(),
+            ..Run::default()
         };
         run.write(&path).unwrap();
         let mut read = Run::load(&path, &ReadOptions::default()).unwrap();

@@ -5,8 +5,8 @@ use std::path::Path;
 use foxglove::Decode;
 use foxglove::messages::{FrameTransforms, PoseInFrame, SceneUpdate};
 use recording::{
-    AngleReading, Drive, Form, Metadata, Recording, RunLog, Scene, SceneFoot, SceneFrame, ScenePose, SceneState, Shape,
-    WORLD, load, write_mcap, write_mcap_run,
+    AngleReading, Drive, Form, ReadOptions, Recording, Run, Scene, SceneFoot, SceneFrame, ScenePose, SceneState, Shape,
+    WORLD, load, write_mcap,
 };
 
 fn recording(samples: usize) -> Recording {
@@ -44,7 +44,7 @@ fn scene(states: usize) -> Scene {
 }
 
 fn write(path: &Path, scene: &Scene) -> Result<(), recording::RecordingError> {
-    write_mcap_run(path, &recording(100), &[], &RunLog::default(), Some(scene), &Metadata::default())
+    Run { recording: recording(100), scene: Some(scene.clone()), ..Run::default() }.write(path)
 }
 
 /// Messages of a topic, and their times.
@@ -111,4 +111,52 @@ fn a_scene_that_does_not_fit_is_refused() {
         assert!(error.contains("the scene's frames and states do not fit"), "{error}");
         assert!(!path.exists());
     }
+}
+
+/// A file of whoever else, in which the samples are hours into a day's log: a sample, a picture, a sample, a picture.
+fn with_pictures(path: &Path) {
+    let mut writer = mcap::Writer::new(std::fs::File::create(path).unwrap()).unwrap();
+    let none = std::collections::BTreeMap::new();
+    let samples = writer.add_channel(0, "/sample", "json", &none).unwrap();
+    let schema = writer.add_schema("Picture", "protobuf", b"descriptor").unwrap();
+    let pictures = writer.add_channel(schema, "/camera/picture", "protobuf", &none).unwrap();
+    for i in 0..2u32 {
+        let log_time = 1_700_000_000_000_000_000 + u64::from(i) * 1_000_000;
+        let header = |channel_id, log_time| mcap::records::MessageHeader {
+            channel_id,
+            sequence: i,
+            log_time,
+            publish_time: log_time - 7,
+        };
+        let sample = format!(r#"{{"t_s": {}, "duty": 0.5, "angle_rad": 0.1}}"#, f64::from(i) * 1e-3);
+        writer.write_to_known_channel(&header(samples, log_time), sample.as_bytes()).unwrap();
+        writer.write_to_known_channel(&header(pictures, log_time + 400_000), &[i as u8; 5]).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn what_viewers_draw_is_written_again_as_it_was_read() {
+    let directory = tempfile::tempdir().unwrap();
+    let [path, again] = ["run.mcap", "again.mcap"].map(|name| directory.path().join(name));
+    write(&path, &scene(15)).unwrap();
+    let run = Run::load(&path, &ReadOptions::default()).unwrap();
+    assert!(run.others.topics().any(|topic| topic == "/tf"));
+    run.write(&again).unwrap();
+    assert!(std::fs::read(&path).unwrap() == std::fs::read(&again).unwrap());
+}
+
+#[test]
+fn what_others_recorded_stays_beside_the_samples() {
+    let directory = tempfile::tempdir().unwrap();
+    let [path, again] = ["run.mcap", "again.mcap"].map(|name| directory.path().join(name));
+    with_pictures(&path);
+    Run::load(&path, &ReadOptions::default()).unwrap().write(&again).unwrap();
+    // A recording's log time is that of its samples.
+    let pictures = vec![(400_000, vec![0; 5]), (1_400_000, vec![1; 5])];
+    assert_eq!(messages(&again, "/camera/picture"), pictures);
+    let bytes = std::fs::read(&again).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let channel = summary.channels.values().find(|channel| channel.topic == "/camera/picture").unwrap();
+    assert_eq!(channel.schema.as_ref().unwrap().data.as_ref(), b"descriptor");
 }

@@ -130,7 +130,7 @@ impl Ran {
             log: export::run_log(&self.trace, robot),
             scene: Some(scene(&self.trace, self.walk.as_ref())),
             metadata,
-            notes: Vec::new(),
+            ..recording::Run::default()
         }
     }
 }
