@@ -12,7 +12,7 @@ sensor's gap; a drive's frequency is positive clockwise, as in the thesis.
 
 from scram._scram import Actuation, Controller, Quantity, Recording, Robot, read, simulate
 from scram.batch import Batch, simulate_batch
-from scram.diagnosis import Cause, Diagnosis, diagnose
+from scram.diagnosis import Cause, Diagnosis, WalkDiagnosis, diagnose, diagnose_walk
 from scram.errors import InputError, MissingFileError, ScramError
 from scram.identification import (
     BackboneFit,
@@ -45,7 +45,9 @@ __all__ = [
     "Robot",
     "RobotFit",
     "ScramError",
+    "WalkDiagnosis",
     "diagnose",
+    "diagnose_walk",
     "identify_backbone",
     "identify_motor",
     "identify_potentiometer",

@@ -19,6 +19,7 @@ __all__ = [
     "Robot",
     "Sweep",
     "diagnose",
+    "diagnose_walk",
     "environment_defaults",
     "identify_backbone",
     "identify_motor",
@@ -67,6 +68,13 @@ class Robot:
 
 @final
 class Recording:
+    def __new__(
+        cls,
+        columns: Mapping[str, npt.ArrayLike] | pandas.DataFrame,
+        *,
+        name: _Path = ...,
+        metadata: Mapping[str, Any] | None = None,
+    ) -> Recording: ...
     @property
     def columns(self) -> list[str]: ...
     @property
@@ -161,6 +169,16 @@ def diagnose(
     *,
     seed: int,
     also_try: Sequence[str],
+    threads: int,
+) -> dict[str, Any]: ...
+def diagnose_walk(
+    robot: Robot,
+    measured: str | npt.NDArray[np.float64],
+    *,
+    holdout: Sequence[tuple[float, float]],
+    window_s: tuple[float, float],
+    draws: int,
+    seed: int,
     threads: int,
 ) -> dict[str, Any]: ...
 def identify_potentiometer(robot: Robot, run: Recording, *, second: bool) -> dict[str, Any]: ...

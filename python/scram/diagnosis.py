@@ -1,4 +1,4 @@
-"""What the simulation of a recorded robot gets wrong: ``scram diagnose``."""
+"""What the simulation of a recorded or measured robot gets wrong: ``scram diagnose``."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any, Literal
 from scram import _scram
 from scram._paths import loaded
 from scram._scram import Recording, Robot
+from scram._speeds import Speeds, speeds
 
 Interval = tuple[float, float, float]
 
@@ -24,7 +25,7 @@ class Cause:
     also: tuple[str, ...]
     """Effects that these runs cannot tell from it."""
     parameters: Mapping[str, Interval]
-    """By key: value, low and high of the 95 % interval, in the unit at the key's end."""
+    """By key: value, low and high of the interval, 95 % of a shaft and 90 % of a walk, in the unit at the key's end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,8 +56,7 @@ class Diagnosis:
     """Everything that ``scram diagnose --json`` prints."""
 
     def _repr_html_(self) -> str:
-        style = "width:100%;height:44em;border:1px solid #ccc"
-        return f'<iframe srcdoc="{escape(self.html)}" style="{style}"></iframe>'
+        return _framed(self.html)
 
 
 def diagnose(
@@ -109,6 +109,105 @@ def diagnose(
         html=found["html"],
         data=said,
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WalkDiagnosis:
+    """What the diagnosis of a walk says; in a notebook it shows its report.
+
+    Errors are of the held-out conditions, ahead, to the left and in heading: root mean square as a share of the largest speed, ``None``
+    where that was not measured.
+    """
+
+    verdict: Literal["nothing", "explained", "ambiguous", "unexplained"]
+    causes: tuple[Cause, ...]
+    log10_evidence_against_nothing: float
+    """Chance passes 2 in at most one table of a hundred."""
+    before: tuple[float | None, float | None, float | None]
+    """Of the file's model with refitted numbers."""
+    after: tuple[float | None, float | None, float | None]
+    """Of the extended model."""
+    scatter: tuple[float | None, float | None, float | None]
+    """What repeats alone make of a mean."""
+    summary: tuple[str, ...]
+    """Sentences for people."""
+    robot: Robot
+    """The extended model."""
+    html: str = field(repr=False)
+    """The report: a page that needs nothing else."""
+    data: Mapping[str, Any] = field(repr=False)
+    """Everything that ``scram diagnose --measured … --json`` prints."""
+
+    def _repr_html_(self) -> str:
+        return _framed(self.html)
+
+
+def diagnose_walk(
+    robot: Robot,
+    measured: Speeds,
+    *,
+    holdout: Sequence[tuple[float, float]] = (),
+    window_s: tuple[float, float] = (1.0, 2.0),
+    draws: int = 24,
+    seed: int = 1,
+    threads: int = 0,
+) -> WalkDiagnosis:
+    """Compare the simulated walk of a robot with its measured speeds, and name the cause of what it gets wrong.
+
+    Parameters
+    ----------
+    robot
+        The robot as its file describes it.
+    measured
+        A table's file, or columns as `identify_robot` takes them, a row a run; at least two repeats of every condition.
+    holdout
+        Conditions (f in Hz, α in degrees) to judge by, in place of one in four.
+    window_s
+        Speeds are those between these times of a run, s.
+    draws
+        Sets of numbers that are drawn to find where the refit starts.
+    seed
+        Of these draws.
+    threads
+        Threads; 0 for one a core.
+
+    Raises
+    ------
+    InputError
+        The table has too few conditions, or the robot file says nothing of what may be refitted.
+    """
+    found = _scram.diagnose_walk(
+        robot,
+        speeds(measured),
+        holdout=list(holdout),
+        window_s=window_s,
+        draws=draws,
+        seed=seed,
+        threads=threads,
+    )
+    said = found["said"]
+    causes = [Cause(one["effect"], tuple(one["also"]), _intervals(one["parameters"])) for one in said["causes"]]
+    return WalkDiagnosis(
+        verdict=said["verdict"],
+        causes=tuple(causes),
+        log10_evidence_against_nothing=said["log10_evidence_against_nothing"],
+        before=_three(said["before"]),
+        after=_three(said["after"]),
+        scatter=_three(said["scatter"]),
+        summary=tuple(found["summary"]),
+        robot=found["robot"],
+        html=found["html"],
+        data=said,
+    )
+
+
+def _framed(html: str) -> str:
+    return f'<iframe srcdoc="{escape(html)}" style="width:100%;height:44em;border:1px solid #ccc"></iframe>'
+
+
+def _three(shares: Sequence[float | None]) -> tuple[float | None, float | None, float | None]:
+    ahead, left, heading = shares
+    return ahead, left, heading
 
 
 def _intervals(parameters: Mapping[str, Sequence[float]]) -> dict[str, Interval]:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from scram import _scram
 from scram._paths import loaded
 from scram._scram import Recording, Robot
+from scram._speeds import Speeds, speeds
 from scram.errors import InputError
 
 
@@ -243,13 +244,9 @@ def identify_backbone(
     )
 
 
-#: Columns of measured speeds.
-SPEEDS = ("f_hz", "alpha_deg", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s")
-
-
 def identify_robot(
     robot: Robot,
-    measured: Mapping[str, npt.ArrayLike] | str | PathLike[str],
+    measured: Speeds,
     *,
     holdout: Sequence[tuple[float, float]] = (),
     uneven: bool = False,
@@ -264,17 +261,9 @@ def identify_robot(
     ``vy_mm_per_s`` (to the left) and ``yaw_deg_per_s``, a row a run, NaN where nothing was measured. ``holdout`` are conditions (f, α)
     to judge by in place of one in four; ``uneven`` looks for an off-centre weight and for each foot's own friction, too.
     """
-    table: npt.NDArray[np.float64] | str
-    if isinstance(measured, (str, PathLike)):
-        table = fspath(measured)
-    else:
-        missing = [name for name in SPEEDS if name not in measured]
-        if missing:
-            raise InputError(f"no column {', '.join(missing)}\n  help: the columns are {', '.join(SPEEDS)}")
-        table = np.column_stack([np.asarray(measured[name], dtype=np.float64) for name in SPEEDS])
     found = _scram.identify_robot(
         robot,
-        table,
+        speeds(measured),
         holdout=list(holdout),
         uneven=uneven,
         window_s=window_s,

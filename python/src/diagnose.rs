@@ -1,14 +1,17 @@
 //! `scram.diagnose`: what the simulation of a recorded robot gets wrong.
 
+use ::diagnose::walk::{self, WalkOptions};
 use ::diagnose::{DiagnoseError, FEWEST_SAMPLES, FittedParameter, Options};
 use effects::Id;
-use plot::report::{About, html};
+use identify::robot::Held;
+use plot::report::{About, WalkAbout, html, walk_html};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recording::{Kept, Loaded, RecordingError, require_same_rig};
 use robot_file::edit::Document;
 
-use crate::errors::{InputError, wrong_input};
+use crate::errors::{InputError, failed, wrong_input};
+use crate::identify::Speeds;
 use crate::interrupt::interruptible;
 use crate::recording::Recording;
 use crate::robot::Robot;
@@ -52,6 +55,38 @@ pub fn diagnose<'py>(
     result.set_item("summary", &detail.summary)?;
     result.set_item("html", page)?;
     result.set_item("models", models)?;
+    Ok(result)
+}
+
+/// What the simulated walk of a robot gets wrong. A dictionary for `scram/diagnosis.py`: `said`, `summary`, `html`, `robot`.
+#[pyfunction]
+#[pyo3(signature = (robot, measured, *, holdout, window_s, draws, seed, threads))]
+#[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+pub fn diagnose_walk<'py>(
+    py: Python<'py>,
+    robot: &Robot,
+    measured: Speeds<'py>,
+    holdout: Vec<(f64, f64)>,
+    window_s: (f64, f64),
+    draws: usize,
+    seed: u64,
+    threads: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (measured, name) = measured.named()?;
+    let held = Held::named(&holdout, &measured).map_err(|error| wrong_input(&error))?;
+    let document = robot.document().clone();
+    let found = interruptible(py, move |stop| {
+        let progress = Some(stop.progress());
+        let options = WalkOptions { held, window_s, draws, seed, threads, progress, ..WalkOptions::default() };
+        walk::diagnose_walk(&document, &measured, &options)
+    })?;
+    let found = found.map_err(|error| wrong_input(&error))?;
+    let about = WalkAbout { robot: robot.path().display().to_string(), measured: vec![name], extended_file: None };
+    let result = PyDict::new(py);
+    result.set_item("said", pythonize::pythonize(py, &found)?)?;
+    result.set_item("summary", &found.summary)?;
+    result.set_item("html", walk_html(&found, &about).map_err(|error| failed(&error))?)?;
+    result.set_item("robot", robot.with(found.document)?)?;
     Ok(result)
 }
 

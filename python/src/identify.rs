@@ -151,6 +151,15 @@ pub enum Speeds<'py> {
 }
 
 impl Speeds<'_> {
+    /// The table, and what a report calls it.
+    pub fn named(&self) -> PyResult<(Measured, String)> {
+        let name = match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Rows(_) => "speeds".to_owned(),
+        };
+        Ok((self.measured()?, name))
+    }
+
     fn measured(&self) -> PyResult<Measured> {
         match self {
             Self::File(path) => Measured::read(path).map_err(|error| unusable_file(path, &error)),

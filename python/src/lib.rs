@@ -25,7 +25,7 @@ mod _scram {
     #[pymodule_export]
     use super::controller::{Actuation, Controller};
     #[pymodule_export]
-    use super::diagnose::diagnose;
+    use super::diagnose::{diagnose, diagnose_walk};
     #[pymodule_export]
     use super::identify::{identify_backbone, identify_motor, identify_potentiometer, identify_robot};
     #[pymodule_export]

@@ -3,19 +3,34 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray1};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyImportError, PyKeyError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use recording::{AngleReading, Drive, ExtraColumn, Metadata, ReadOptions, Run, Window};
 
-use crate::errors::{ScramError, failed, unusable_file};
+use crate::errors::{ScramError, failed, unusable_file, wrong_input};
 use crate::interrupt::interruptible;
 
 /// A run: samples, what is known beside them, and of a simulated one its figures.
 ///
 /// ``recording[name]`` is a column as a numpy array of shape (samples,), NaN where a cell is empty; docs/recordings.md says what the
-/// names mean. ``read`` reads one from a file, ``simulate`` makes one.
+/// names mean. ``read`` reads one from a file, ``simulate`` makes one, and columns in memory are one by themselves:
+///
+/// Parameters
+/// ----------
+/// columns
+///     A mapping of names to arrays of shape (samples,), or a pandas data frame; NaN where nothing was measured. ``t_s``, ``duty`` or
+///     ``voltage_v`` and ``angle_rad`` or ``adc`` are needed.
+/// name
+///     What messages and reports call it.
+/// metadata
+///     What is known beside the samples, with the keys of ``RUN.toml``.
+///
+/// Raises
+/// ------
+/// InputError
+///     Columns are missing, differ in length, or hold values that no rig measures.
 ///
 /// Examples
 /// --------
@@ -27,6 +42,10 @@ use crate::interrupt::interruptible;
 /// True
 /// >>> run.commands[0]
 /// (0, 'freq 7', False)
+/// >>> import numpy as np
+/// >>> t_s = np.arange(1000) * 1e-3
+/// >>> scram.Recording({"t_s": t_s, "duty": np.full(1000, 0.5), "angle_rad": 44 * t_s})
+/// <scram.Recording of ?, 1000 samples over 0.999 s>
 #[pyclass(frozen, module = "scram")]
 #[derive(Clone)]
 pub struct Recording {
@@ -129,6 +148,13 @@ fn or_nan(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
+/// Of whatever numpy makes an array of numbers of; `None` and masked cells become NaN.
+fn floats(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let numpy = values.py().import("numpy")?;
+    let array: PyReadonlyArray1<'_, f64> = numpy.call_method1("asarray", (values, "float64"))?.extract()?;
+    Ok(array.as_array().to_vec())
+}
+
 fn numbers<'py>(py: Python<'py>, values: impl Iterator<Item = f64>) -> Bound<'py, PyAny> {
     let values: Bound<'py, PyArray1<f64>> = values.collect::<Vec<_>>().into_pyarray(py);
     values.into_any()
@@ -136,6 +162,20 @@ fn numbers<'py>(py: Python<'py>, values: impl Iterator<Item = f64>) -> Bound<'py
 
 #[pymethods]
 impl Recording {
+    /// The run of columns in memory, as `read` would read them from a file: see `docs/recordings.md` for their names and units.
+    #[new]
+    #[pyo3(signature = (columns, *, name = PathBuf::from("recording"), metadata = None))]
+    fn of_columns(columns: &Bound<'_, PyAny>, name: PathBuf, metadata: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let mut given = Vec::new();
+        for item in columns.call_method0("items")?.try_iter()? {
+            let (name, values): (String, Bound<'_, PyAny>) = item?.extract()?;
+            given.push((name, floats(&values)?));
+        }
+        let metadata = metadata.map(pythonize::depythonize).transpose()?.unwrap_or_default();
+        let run = Run::of_columns(&name, given, metadata).map_err(|error| wrong_input(&error))?;
+        Ok(Self::new(run, serde_json::Map::new()))
+    }
+
     /// Names of the columns.
     #[getter]
     fn columns(&self) -> Vec<&str> {

@@ -4,6 +4,7 @@ from dataclasses import FrozenInstanceError
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 
 import scram
@@ -99,6 +100,34 @@ def test_a_backbone_swings_the_same_from_a_file_and_from_arrays(root: Path) -> N
         assert one.value == pytest.approx(other.value, rel=0.05)
     with pytest.raises(scram.InputError, match="wrong shape"):
         scram.identify_backbone(robot, [scram.Release("a", [0.0, 1.0], np.zeros((2, 2)))])
+
+
+def test_the_walk_of_a_robot_that_is_its_file_lacks_nothing(root: Path) -> None:
+    robot = scram.Robot(root / "robot.toml")
+    rows: list[tuple[float, ...]] = []
+    for alpha_deg in (30.0, 90.0):
+        for f_hz in (-8.0, -6.0, 6.0, 8.0):
+            walks = scram.simulate_batch(
+                robot,
+                f"freq:{f_hz:g}",
+                parameters={"alpha": [alpha_deg]},
+                seeds=range(2),
+                seconds=0.4,
+                turned_by="ideal",
+                phase_noise_deg=0.0,
+            )
+            speeds = zip(walks.vx_mm_per_s[0], walks.vy_mm_per_s[0], walks.yaw_deg_per_s[0], strict=True)
+            rows += [(f_hz, alpha_deg, *map(float, run)) for run in speeds]
+    names = ("f_hz", "alpha_deg", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s")
+    measured = pandas.DataFrame(rows, columns=names)
+    found = scram.diagnose_walk(robot, measured, holdout=[(-6.0, 90.0)], window_s=(0.2, 0.4))
+    assert (found.verdict, found.causes) == ("nothing", ())
+    assert found.log10_evidence_against_nothing < 2.0
+    assert len(found.before) == 3 and found.before == found.after
+    assert "Diagnosis of the walk" in found.html and "scram sweep --robot" not in found.html
+    assert found._repr_html_().startswith("<iframe srcdoc=")
+    with pytest.raises(scram.InputError, match="no run of 7 Hz and 90°"):
+        scram.diagnose_walk(robot, measured, holdout=[(7.0, 90.0)])
 
 
 def test_speeds_that_tell_nothing_are_refused(root: Path) -> None:

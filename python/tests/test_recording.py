@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 
 import scram
@@ -88,3 +89,27 @@ def test_a_file_that_cannot_be_written_says_why(walk: scram.Recording, tmp_path:
         walk.write(tmp_path / "file" / "run.csv")
     with pytest.raises(scram.ScramError, match="run.txt"):
         walk.write(tmp_path / "run.txt")
+
+
+def test_columns_in_memory_are_a_recording_as_a_file_of_them_is(walk: scram.Recording, tmp_path: Path) -> None:
+    numbers = [name for name in walk.columns if name not in ("state", "fault", "tracking")]
+    columns = {name: walk[name] for name in numbers}
+    made = scram.Recording(columns, metadata=walk.metadata)
+    framed = scram.Recording(pandas.DataFrame(columns))
+    assert set(made.columns) == set(framed.columns) == set(numbers)
+    for column in numbers:
+        np.testing.assert_array_equal(made[column], walk[column], column)
+        np.testing.assert_array_equal(framed[column], walk[column], column)
+    assert made.metadata == walk.metadata
+    made.write(tmp_path / "made.csv")
+    assert (scram.read(tmp_path / "made.csv")["adc"] == walk["adc"]).all()
+
+
+def test_columns_that_are_no_recording_are_refused() -> None:
+    t_s = np.arange(5) * 1e-3
+    with pytest.raises(scram.InputError, match="no column `angle_rad`"):
+        scram.Recording({"t_s": t_s, "duty": t_s})
+    with pytest.raises(scram.InputError, match="`t_s` has 5 values, `duty` 4"):
+        scram.Recording({"t_s": t_s, "duty": t_s[1:], "angle_rad": t_s})
+    with pytest.raises(scram.InputError, match="bench-3, entry 2, column `duty`.*7 is outside"):
+        scram.Recording({"t_s": t_s, "duty": [0, 7, 0, 0, 0], "angle_rad": t_s}, name="bench-3")

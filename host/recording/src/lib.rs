@@ -28,6 +28,7 @@
 //! * It does not read files larger than memory whole: blocks of samples are dropped and [`Kept`] says which share is left.
 
 mod builder;
+mod columns;
 mod csv_read;
 mod csv_write;
 mod entries;

@@ -16,8 +16,8 @@ pub struct WalkAbout {
     pub robot: String,
     /// The tables of speeds.
     pub measured: Vec<String>,
-    /// The robot file that was written.
-    pub extended_file: String,
+    /// The robot file that was written, if any.
+    pub extended_file: Option<String>,
 }
 
 /// The diagnosis of a walk as an HTML page.
@@ -196,6 +196,12 @@ fn limits(limits: &[WalkLimit]) -> String {
 }
 
 fn how_to_run(found: &WalkDiagnosis, about: &WalkAbout) -> String {
+    let simulated = format!("{} sets of numbers were simulated. How it works: docs/diagnose-walk.md.", found.simulated);
+    let Some(file) = &about.extended_file else {
+        return format!(
+            "<section><h2>The model</h2><p class=\"soft\">No robot file was written. {simulated}</p></section>"
+        );
+    };
     let tables = about.measured.join(" ");
     let written = if found.verdict == Verdict::Unexplained {
         "the refitted numbers, which leave something unexplained"
@@ -204,10 +210,9 @@ fn how_to_run(found: &WalkDiagnosis, about: &WalkAbout) -> String {
     };
     format!(
         "<section><h2>Run it</h2><p>{written} as a robot file, beside these speeds:</p><pre>scram sweep --robot {} --measured {}</pre>\
-         <p class=\"soft\">{} sets of numbers were simulated. How it works: docs/diagnose-walk.md.</p></section>",
-        escape(&about.extended_file),
+         <p class=\"soft\">{simulated}</p></section>",
+        escape(file),
         escape(&tables),
-        found.simulated,
         written = sentence(written),
     )
 }

@@ -77,7 +77,7 @@ impl WalkRun<'_> {
         let about = WalkAbout {
             robot: self.common.robot.display().to_string(),
             measured: self.walks.measured.iter().map(|path| path.display().to_string()).collect(),
-            extended_file: files[1].display().to_string(),
+            extended_file: Some(files[1].display().to_string()),
         };
         write(&files[0], &walk_html(found, &about)?)?;
         let json = serde_json::to_string_pretty(found).map_err(|e| miette!("diagnosis.json: {e}"))?;
