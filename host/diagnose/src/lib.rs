@@ -65,6 +65,7 @@ mod numbers;
 mod odd_runs;
 mod one_step;
 mod pairs;
+mod partial;
 mod place;
 mod probe;
 mod rig_check;

@@ -5,11 +5,12 @@ use rayon::prelude::*;
 
 use super::fit::Fit;
 use super::is_implausible;
+use super::partial::NEARLY_ALL;
 use super::screen::Proposal;
 use super::search::{
     Asks, Candidate, LEADS, LOOK, MOST_FURTHER, ROUNDS, TOLERANCE, Wanted, floor, level, simpler, singles, try_all,
 };
-use super::selection::reaches;
+use super::selection::{reaches, removed};
 use super::session::Session;
 
 /// Pairs are formed among this many of the best single effects.
@@ -34,7 +35,11 @@ pub fn add_pairs(session: &Session, baseline: &Candidate, candidates: &mut Vec<C
     candidates.extend(pairs(session, candidates, asks.proposals));
     let mut looked_at = Vec::new();
     for _ in 0..RELATIONS {
-        candidates.extend(relatives(session, candidates, &mut looked_at));
+        let further = relatives(session, baseline, candidates, &mut looked_at);
+        if further.is_empty() {
+            break;
+        }
+        candidates.extend(further);
     }
     for _ in 0..RESTARTS {
         if !restart(session, baseline, candidates) {
@@ -50,11 +55,19 @@ fn best_pair(candidates: &[Candidate]) -> Option<usize> {
     pairs.min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
 }
 
-/// Fits and judges pairs that do about as well as the best with each of their effects in turn replaced by those that the catalogue knows
-/// to be mistaken for it, the other one where it was found. What was looked at before is not looked at again.
-fn relatives(session: &Session, candidates: &[Candidate], looked_at: &mut Vec<Vec<Id>>) -> Vec<Candidate> {
+/// Fits and judges the best pair with each of its effects in turn replaced by those that the catalogue knows to be mistaken for it, the
+/// other one where it was found; where it takes away nearly all, so that pairs are named, those that do about as well, too. What was
+/// looked at before is not looked at again.
+fn relatives(
+    session: &Session,
+    baseline: &Candidate,
+    candidates: &[Candidate],
+    looked_at: &mut Vec<Vec<Id>>,
+) -> Vec<Candidate> {
     let Some(best) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
-    let leads = |one: &&Candidate| one.effects.len() == 2 && one.mean_square() <= LEADS * best.mean_square();
+    let is_named = removed(floor(session, candidates), baseline, best) >= NEARLY_ALL;
+    let within = best.mean_square() * if is_named { LEADS } else { 1.0 };
+    let leads = |one: &&Candidate| one.effects.len() == 2 && one.mean_square() <= within;
     let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).collect();
     leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let mut wanted: Vec<Wanted> = Vec::new();
@@ -209,7 +222,8 @@ mod tests {
         let mut rig = Rig::off();
         rig.shaft.laws = Laws { driver_drop: Some(DriverDrop { drop_v: 0.4, slope_ohm: 0.0 }), ..Laws::NONE };
         let runs = rig.runs(3);
-        let (session, fit) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
+        let (mut session, fit) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
+        let baseline = judged(&mut session, fit.clone());
         let pair = |names: [&str; 2]| {
             let mut effects: Vec<Id> = names.iter().filter_map(|name| Id::of(name)).collect();
             effects.sort();
@@ -223,7 +237,7 @@ mod tests {
         let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
         let dead_time = session.again(&[Id::of("driver_dead_time").unwrap()], &fit, 3, TOLERANCE, f64::INFINITY);
         candidates.push(Candidate::of(&session, dead_time, true));
-        let tried = relatives(&session, &candidates, &mut Vec::new());
+        let tried = relatives(&session, &baseline, &candidates, &mut Vec::new());
         let has = |names| tried.iter().any(|one| one.effects == pair(names));
         assert!(has(["quadratic_drag", "driver_dead_time"]) && has(["cubic_drag", "driver_dead_time"]));
     }

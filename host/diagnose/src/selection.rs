@@ -23,20 +23,11 @@ const PAIR_TRACE: (f64, f64) = (1.22, 0.95);
 const NOTHING: f64 = 1.08;
 /// Up to this factor a model stands at the floor: that itself is known no better.
 pub(super) const AT_FLOOR: f64 = 1.02;
-/// A cause that does not reach the floor is still named if it removes this share of the held-out error: half of its
-/// mean square.
-const SUBSTANTIAL: f64 = 0.29;
-/// Over all rollouts, the few that are worst included, it must still remove this share.
-const LEAST_OVERALL: f64 = 0.15;
-/// A part of a misfit that so many effects could explain is named after none of them.
-const MOST_FOR_A_PART: usize = 3;
 /// Of more models than this only those stay that the runs do not rule out, not those that are behind by too little to matter.
 const MOST_BY_SIZE: usize = 3;
-/// Share of the rollouts that a trimmed comparison leaves out.
-const TRIMMED: f64 = 0.05;
 /// A richer model must be better by this share of the error to be preferred to a simpler one, however sure the
 /// difference is.
-const PAYS: f64 = 0.01;
+pub(super) const PAYS: f64 = 0.01;
 /// Or, of a small misfit, by this share of the nominal model's excess (mean square) over the floor.
 const PAYS_OF_EXCESS: f64 = 0.03;
 /// A second effect takes away at least this share of the nominal model's excess: a law of the library that is only nearly the
@@ -50,6 +41,9 @@ const SUGGESTS: f64 = 0.01;
 /// [`Bootstrap::deciding_mean_squares`], of which 10 lie beyond it: the least of the 600 resamples that serve the reported
 /// intervals would stand for any tail below 1/600.
 pub(super) const TAIL: f64 = 0.001;
+/// Of a pair that needs both its effects each takes away at least this share of the nominal model's excess beyond what any single one
+/// does.
+const NEEDED: f64 = 0.2;
 /// Two models are the same up to this factor of their errors (mean square).
 const SAME: f64 = 1.001;
 /// A rival with so many more numbers than a simpler model of the set must do better than it to stay.
@@ -109,7 +103,7 @@ pub fn leaves_much(noise: f64, baseline: &Candidate) -> bool {
 }
 
 /// Share of the nominal model's excess over the floor (mean square) that a model removes, 1 at most.
-fn removed(noise: f64, baseline: &Candidate, model: &Candidate) -> f64 {
+pub(super) fn removed(noise: f64, baseline: &Candidate, model: &Candidate) -> f64 {
     let gained = baseline.mean_square() - model.mean_square();
     gained / (baseline.mean_square() - noise).max(gained).max(f64::MIN_POSITIVE)
 }
@@ -124,12 +118,6 @@ pub struct Selection<'a> {
     pub candidates: &'a [Candidate],
     /// Resamples of the held-out rollouts.
     pub bootstrap: &'a Bootstrap,
-}
-
-/// Whether a model's effects are there at all. One effect that is to stand for most of the misfit is asked in its fitted shape; of a
-/// second one, which may take away little, the shape must not be made for its size.
-fn is_sized(model: &Candidate) -> bool {
-    if model.effects.len() == 1 { model.sized_in_its_shape } else { model.sized }
 }
 
 /// Share of an RMSE that is gone, from mean squares.
@@ -150,8 +138,21 @@ impl Selection<'_> {
         reaches(self.noise, self.baseline, model)
     }
 
+    /// Whether a model's effects are there at all. Effects that stand for much of the misfit each, as a single one does, are asked in
+    /// their fitted shape; of one that may take away little, the shape must not be made for its size.
+    pub(super) fn is_sized(&self, model: &Candidate) -> bool {
+        model.sized || (model.sized_in_its_shape && (model.effects.len() == 1 || self.needs_both(model)))
+    }
+
+    /// Whether every single effect that was tried leaves much of what a pair takes away.
+    pub(super) fn needs_both(&self, pair: &Candidate) -> bool {
+        let removed = |one: &Candidate| removed(self.noise, self.baseline, one);
+        let singles = self.candidates.iter().filter(|one| one.effects.len() == 1).map(removed);
+        singles.fold(0.0, f64::max) < removed(pair) - NEEDED
+    }
+
     /// Whether a model was taken back for what it leaves, or does no better than one that was.
-    fn is_out(&self, model: &Candidate) -> bool {
+    pub(super) fn is_out(&self, model: &Candidate) -> bool {
         let mut refuted = self.candidates.iter().filter(|one| one.refuted);
         refuted.any(|one| one.mean_square() <= model.mean_square())
     }
@@ -229,7 +230,7 @@ impl Selection<'_> {
         }
         for effects in [1, 2] {
             let reached: Vec<usize> = (0..self.candidates.len())
-                .filter(|&i| self.candidates[i].effects.len() == effects && is_sized(&self.candidates[i]))
+                .filter(|&i| self.candidates[i].effects.len() == effects && self.is_sized(&self.candidates[i]))
                 .filter(|&i| !self.is_out(&self.candidates[i]))
                 .filter(|&i| self.reaches(&self.candidates[i]))
                 .filter(|&i| self.beats(&self.candidates[i], self.baseline))
@@ -284,7 +285,7 @@ impl Selection<'_> {
     }
 
     /// Names one of several models of equal size, with those that it cannot be told from.
-    fn among(&self, models: &[usize], verdict: Verdict) -> Decision {
+    pub(super) fn among(&self, models: &[usize], verdict: Verdict) -> Decision {
         let best = *models
             .iter()
             .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))
@@ -341,60 +342,6 @@ impl Selection<'_> {
     fn as_near(&self, best: usize, other: usize) -> bool {
         let [best, other] = [best, other].map(|i| self.candidates[i].mean_square());
         best > AT_FLOOR * AT_FLOOR * self.noise && other - best <= best - self.noise
-    }
-
-    /// A cause for a part of the misfit: one effect that clearly leads and removes a substantial share, with the rivals that
-    /// remove half as much and are not clearly behind it.
-    fn partial(&self) -> Option<Decision> {
-        let single: Vec<usize> =
-            (0..self.candidates.len()).filter(|&i| self.candidates[i].effects.len() == 1).collect();
-        let best = *single
-            .iter()
-            .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))?;
-        if self.is_out(&self.candidates[best]) {
-            return None;
-        }
-        let all = self.improvement(self.baseline, &self.candidates[best], 0.025)[0];
-        let [value, low, _] = self.trimmed(self.baseline, &self.candidates[best]);
-        let fit = &self.candidates[best].fit;
-        let astray = fit.at_bounds() > 0 || fit.strayed();
-        if astray
-            || !is_sized(&self.candidates[best])
-            || all < LEAST_OVERALL
-            || value < SUBSTANTIAL
-            || low < 0.5 * SUBSTANTIAL
-        {
-            return None;
-        }
-        let is_rival = |i: &usize| {
-            let rival = &self.candidates[*i];
-            let [behind, low, _] = self.trimmed(rival, &self.candidates[best]);
-            self.trimmed(self.baseline, rival)[0] > 0.5 * value && !(behind > PAYS && low > 0.0)
-        };
-        let stands = |i: &usize| *i == best || (!self.is_out(&self.candidates[*i]) && is_rival(i));
-        let rivals: Vec<usize> = single.into_iter().filter(stands).collect();
-        let part = self.among(&rivals, Verdict::Unexplained);
-        (part.class.len() <= MOST_FOR_A_PART).then_some(part)
-    }
-
-    /// [`Self::improvement`] without the rollouts that are worst in either model: where a model is wrong in something
-    /// else too, a single one of them can outweigh all others.
-    fn trimmed(&self, from: &Candidate, to: &Candidate) -> [f64; 3] {
-        let worst = |i: usize| {
-            let per = |candidate: &Candidate| candidate.evaluation.errors[i].0 / candidate.evaluation.errors[i].1;
-            per(from).max(per(to))
-        };
-        let mut order: Vec<usize> = (0..from.evaluation.errors.len()).collect();
-        order.sort_by(|&a, &b| worst(b).total_cmp(&worst(a)));
-        order.truncate((order.len() as f64 * TRIMMED).ceil() as usize);
-        let without = |candidate: &Candidate| {
-            let mut candidate = candidate.clone();
-            for &i in &order {
-                candidate.evaluation.errors[i] = (0.0, 0.0);
-            }
-            candidate
-        };
-        self.improvement(&without(from), &without(to), 0.025)
     }
 }
 
@@ -486,6 +433,39 @@ mod tests {
         let verdict = |left: f64| decide(9.0, &[model(&["driver_drop", "gravity_tilt"], left)]).verdict;
         assert_eq!(verdict(1.3), Verdict::Explained);
         assert_eq!(verdict(1.42), Verdict::Unexplained);
+    }
+
+    #[test]
+    fn a_pair_that_leaves_a_little_is_named_for_its_part_where_it_needs_both() {
+        let pair = |left: f64| model(&["driver_dead_time", "battery_sag"], left);
+        let named = |candidates: &[Candidate]| {
+            let decision = decide(15.0, candidates);
+            assert_eq!(decision.verdict, Verdict::Unexplained);
+            decision.class.iter().map(|&i| candidates[i].effects.clone()).collect::<Vec<_>>()
+        };
+        let single = model(&["driver_drop"], 5.6);
+        assert_eq!(named(&[single.clone(), pair(2.0)]), [pair(2.0).effects]);
+        // Of one that leaves more, the best single effect.
+        assert_eq!(named(&[single.clone(), pair(2.6)]), [single.effects.clone()]);
+        // Nor of one whose second effect takes away little beyond the first.
+        let near = model(&["driver_drop"], 3.0);
+        assert_eq!(named(&[near.clone(), pair(2.0)]), [near.effects]);
+        // Of many what they have in common.
+        let others = ["sensor_delay", "sensor_lag", "command_latency", "shaft_compliance"];
+        let mut many: Vec<Candidate> = others.iter().map(|other| model(&["winding_heating", other], 2.0)).collect();
+        many.push(model(&["winding_heating"], 6.0));
+        assert_eq!(named(&many), [many[4].effects.clone()]);
+    }
+
+    #[test]
+    fn a_second_effect_that_takes_away_much_is_there_whatever_its_size() {
+        let named = |single: f64| {
+            let pair = model(&["torque_ripple", "grease_warming"], 1.0);
+            let pair = Candidate { sized: false, ..pair };
+            decide(3.2, &[model(&["torque_ripple"], single), pair]).named()
+        };
+        assert_eq!(named(1.8), Some(1));
+        assert_ne!(named(1.4), Some(1));
     }
 
     #[test]
