@@ -50,7 +50,7 @@ impl Selection<'_> {
         }
         let in_all = |effect: &&Id| part.class.iter().all(|&i| self.candidates[i].effects.contains(effect));
         let common = pair.effects.iter().find(in_all)?;
-        let alone = |one: &Candidate| one.effects == [*common] && self.is_sized(one);
+        let alone = |one: &Candidate| one.effects == [*common] && self.is_sized(one) && !self.is_out(one);
         let place = self.candidates.iter().position(alone)?;
         Some(Decision { class: vec![place], ..part })
     }

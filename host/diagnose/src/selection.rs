@@ -455,6 +455,9 @@ mod tests {
         let mut many: Vec<Candidate> = others.iter().map(|other| model(&["winding_heating", other], 2.0)).collect();
         many.push(model(&["winding_heating"], 6.0));
         assert_eq!(named(&many), [many[4].effects.clone()]);
+        // Nor what was taken back for what it leaves.
+        many[4].refuted = true;
+        assert!(named(&many).is_empty());
     }
 
     #[test]

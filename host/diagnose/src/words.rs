@@ -134,8 +134,9 @@ pub fn summary(diagnosis: &Diagnosis) -> Vec<String> {
             "Something is missing that no effect of the library explains.".to_owned()
         }
         Verdict::Unexplained => format!(
-            "{causes} explains a part (error {:.3}°), but something else is missing too.",
-            degrees(diagnosis.after)
+            "{causes} {explain} a part (error {:.3}°), but something else is missing too.",
+            degrees(diagnosis.after),
+            explain = if diagnosis.causes.len() == 1 { "explains" } else { "explain" },
         ),
     });
     out.extend(diagnosis.rig_doubts.iter().map(|doubt| {
