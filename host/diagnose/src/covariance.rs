@@ -47,10 +47,11 @@ pub fn of<'a>(
         segments.clone().fold(DMatrix::zeros(size, size), |sum, one| sum + &one.gradient * one.gradient.transpose());
     let prior = DMatrix::from_diagonal(&DVector::from_column_slice(prior)) * misfit;
     let (of_data, of_prior) = (&inverse * meat * &inverse, &inverse * prior * &inverse);
-    let few: Vec<SmallSample> = small_samples(&inverse, of_prior.diagonal().as_slice(), misfit, segments);
+    let few = small_samples(&inverse, of_prior.diagonal().as_slice(), misfit, segments);
+    let widening: Vec<f64> = few.iter().map(SmallSample::widening).collect();
     let mut covariance = DMatrix::from_fn(size, size, |i, j| {
         let scatter = of_data[(i, j)] / (few[i].left * few[j].left).sqrt();
-        (scatter + of_prior[(i, j)]) * few[i].widening() * few[j].widening()
+        (scatter + of_prior[(i, j)]) * widening[i] * widening[j]
     });
     // Of a number that moves nothing and has no prior, no gradient scatters: that is no knowledge of it.
     for i in (0..size).filter(|&i| matrix[(i, i)] <= 0.0) {
@@ -70,6 +71,9 @@ struct SmallSample {
 impl SmallSample {
     /// Student's t beside the normal distribution, at the end of a 95 % interval.
     fn widening(&self) -> f64 {
+        if self.freedom >= MANY {
+            return 1.0;
+        }
         let t = StudentsT::new(0.0, 1.0, self.freedom).map_or(WIDE, |t| t.inverse_cdf(0.975));
         (t / WIDE).max(1.0)
     }
