@@ -590,9 +590,12 @@ fn linearise(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> 
         gradient: DVector::zeros(size),
         segments,
     };
-    for segment in reduced.segments.iter().flatten() {
-        reduced.matrix += &segment.matrix;
-        reduced.gradient += &segment.gradient;
+    // Track by track: each adds up alone, however many there are.
+    for track in &reduced.segments {
+        reduced.matrix += track.iter().fold(DMatrix::zeros(size, size), |sum, segment| sum + &segment.matrix);
+        for segment in track {
+            reduced.gradient += &segment.gradient;
+        }
     }
     for (i, one) in fit.free.iter().enumerate() {
         let precision = reduced.prior[i];
