@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn where_many_say_the_same_or_the_prior_says_all_it_is_the_sandwich() {
         let one = |i: usize| {
-            let gradient = DVector::from_element(1, if i % 2 == 0 { 1.0 } else { -1.0 });
+            let gradient = DVector::from_element(1, if i.is_multiple_of(2) { 1.0 } else { -1.0 });
             SegmentEquations {
                 matrix: DMatrix::from_element(1, 1, 1.0),
                 gradient,

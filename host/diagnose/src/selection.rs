@@ -446,7 +446,7 @@ mod tests {
         let single = model(&["driver_drop"], 5.6);
         assert_eq!(named(&[single.clone(), pair(2.0)]), [pair(2.0).effects]);
         // Of one that leaves more, the best single effect.
-        assert_eq!(named(&[single.clone(), pair(2.6)]), [single.effects.clone()]);
+        assert_eq!(named(&[single.clone(), pair(2.6)]), std::slice::from_ref(&single.effects));
         // Nor of one whose second effect takes away little beyond the first.
         let near = model(&["driver_drop"], 3.0);
         assert_eq!(named(&[near.clone(), pair(2.0)]), [near.effects]);
