@@ -92,12 +92,11 @@ def diagnose(
     """
     found = _scram.diagnose(robot, loaded(fit), loaded(holdout), seed=seed, also_try=list(also_try), threads=threads)
     said = found["said"]
-    causes = [Cause(one["effect"], tuple(one["also"]), _intervals(one["parameters"])) for one in said["causes"]]
     gain = said["gain"]
     robot, *rivals = found["models"]
     return Diagnosis(
         verdict=said["verdict"],
-        causes=tuple(causes),
+        causes=_causes(said),
         noise_floor_rad=said["noise_floor"],
         before_rad=said["before"],
         after_rad=said["after"],
@@ -159,7 +158,7 @@ def diagnose_walk(
     robot
         The robot as its file describes it.
     measured
-        A table's file, or columns as `identify_robot` takes them, a row a run; at least two repeats of every condition.
+        A table's file, or columns as `identify_robot` takes them, a row a run; repeats say how far a mean scatters.
     holdout
         Conditions (f in Hz, α in degrees) to judge by, in place of one in four.
     window_s
@@ -174,7 +173,7 @@ def diagnose_walk(
     Raises
     ------
     InputError
-        The table has too few conditions, or the robot file says nothing of what may be refitted.
+        The table has too few conditions, a held-out one is not in it, or the robot file cannot be varied.
     """
     found = _scram.diagnose_walk(
         robot,
@@ -186,10 +185,9 @@ def diagnose_walk(
         threads=threads,
     )
     said = found["said"]
-    causes = [Cause(one["effect"], tuple(one["also"]), _intervals(one["parameters"])) for one in said["causes"]]
     return WalkDiagnosis(
         verdict=said["verdict"],
-        causes=tuple(causes),
+        causes=_causes(said),
         log10_evidence_against_nothing=said["log10_evidence_against_nothing"],
         before=_three(said["before"]),
         after=_three(said["after"]),
@@ -208,6 +206,10 @@ def _framed(html: str) -> str:
 def _three(shares: Sequence[float | None]) -> tuple[float | None, float | None, float | None]:
     ahead, left, heading = shares
     return ahead, left, heading
+
+
+def _causes(said: Mapping[str, Any]) -> tuple[Cause, ...]:
+    return tuple(Cause(one["effect"], tuple(one["also"]), _intervals(one["parameters"])) for one in said["causes"])
 
 
 def _intervals(parameters: Mapping[str, Sequence[float]]) -> dict[str, Interval]:

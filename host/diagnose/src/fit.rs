@@ -590,7 +590,7 @@ fn linearise(data: &Data, fit: &Fit, rolled: &[Rolled], columns: &[Columns]) -> 
         gradient: DVector::zeros(size),
         segments,
     };
-    // Track by track: each adds up alone, however many there are.
+    // Track by track: in another order sums differ in their last digits, and where a fit has several valleys these decide.
     for track in &reduced.segments {
         reduced.matrix += track.iter().fold(DMatrix::zeros(size, size), |sum, segment| sum + &segment.matrix);
         for segment in track {

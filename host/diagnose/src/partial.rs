@@ -59,9 +59,7 @@ impl Selection<'_> {
     fn leading(&self, effects: usize) -> Option<(Vec<usize>, usize)> {
         let models: Vec<usize> =
             (0..self.candidates.len()).filter(|&i| self.candidates[i].effects.len() == effects).collect();
-        let best = *models
-            .iter()
-            .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))?;
+        let best = self.best_of(&models)?;
         let model = &self.candidates[best];
         let astray = model.fit.at_bounds() > 0 || model.fit.strayed();
         (!astray && !self.is_out(model) && self.is_sized(model)).then_some((models, best))

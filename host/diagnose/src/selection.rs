@@ -284,12 +284,15 @@ impl Selection<'_> {
         square / freedom.max(1.0)
     }
 
+    /// Of some models the one with the least held-out error.
+    pub(super) fn best_of(&self, models: &[usize]) -> Option<usize> {
+        let error = |&i: &usize| self.candidates[i].mean_square();
+        models.iter().copied().min_by(|a, b| error(a).total_cmp(&error(b)))
+    }
+
     /// Names one of several models of equal size, with those that it cannot be told from.
     pub(super) fn among(&self, models: &[usize], verdict: Verdict) -> Decision {
-        let best = *models
-            .iter()
-            .min_by(|&&a, &&b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()))
-            .unwrap_or(&0);
+        let best = self.best_of(models).unwrap_or(0);
         let near = models.iter().copied().filter(|&i| verdict == Verdict::Explained && self.as_near(best, i));
         let surely: Vec<usize> = self.confidence_set(models).into_iter().chain(near).collect();
         let mut class: Vec<usize> = models

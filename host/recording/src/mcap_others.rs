@@ -11,7 +11,8 @@ const MOST_BYTES: usize = 1 << 28;
 /// Messages of topics that a [`super::Run`] does not read, in the file's order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Others {
-    channels: Vec<OtherChannel>,
+    /// By their numbers in the file, which are in its order.
+    channels: BTreeMap<u16, OtherChannel>,
     messages: Vec<OtherMessage>,
     /// Log time of the first sample, ns: theirs count from it.
     start: u64,
@@ -34,8 +35,8 @@ struct OtherSchema {
 
 #[derive(Clone, Debug, PartialEq)]
 struct OtherMessage {
-    /// Its channel's place in [`Others::channels`].
-    channel: usize,
+    /// Its channel's number in the file.
+    channel: u16,
     sequence: u32,
     log_time: u64,
     publish_time: u64,
@@ -45,7 +46,7 @@ struct OtherMessage {
 impl Others {
     /// Names of the topics.
     pub fn topics(&self) -> impl Iterator<Item = &str> {
-        self.channels.iter().map(|channel| channel.topic.as_str())
+        self.channels.values().map(|channel| channel.topic.as_str())
     }
 }
 
@@ -53,7 +54,7 @@ impl Others {
 #[derive(Default)]
 pub(super) struct OthersReader {
     schemas: HashMap<u16, OtherSchema>,
-    channels: HashMap<u16, (Channel, Option<usize>)>,
+    channels: HashMap<u16, Channel>,
     others: Others,
     bytes: usize,
     /// Log time of the first sample, ns.
@@ -69,7 +70,7 @@ impl OthersReader {
                 self.schemas.insert(*id, schema);
             }
             Record::Channel(channel) => {
-                self.channels.entry(channel.id).or_insert_with(|| (channel.clone(), None));
+                self.channels.insert(channel.id, channel.clone());
             }
             _ => {}
         }
@@ -82,22 +83,19 @@ impl OthersReader {
 
     /// A message of another topic.
     pub(super) fn message(&mut self, header: &MessageHeader, data: &[u8]) {
+        let Some(channel) = self.channels.get(&header.channel_id) else { return };
+        self.others.channels.entry(channel.id).or_insert_with(|| OtherChannel {
+            topic: channel.topic.clone(),
+            message_encoding: channel.message_encoding.clone(),
+            metadata: channel.metadata.clone(),
+            schema: self.schemas.get(&channel.schema_id).cloned(),
+        });
         self.bytes += data.len();
         if self.bytes > MOST_BYTES {
             self.others.messages = Vec::new();
             return;
         }
-        let Some((channel, place)) = self.channels.get_mut(&header.channel_id) else { return };
-        let channel = *place.get_or_insert_with(|| {
-            self.others.channels.push(OtherChannel {
-                topic: channel.topic.clone(),
-                message_encoding: channel.message_encoding.clone(),
-                metadata: channel.metadata.clone(),
-                schema: self.schemas.get(&channel.schema_id).cloned(),
-            });
-            self.others.channels.len() - 1
-        });
-        let MessageHeader { sequence, log_time, publish_time, .. } = *header;
+        let MessageHeader { channel_id: channel, sequence, log_time, publish_time } = *header;
         self.others.messages.push(OtherMessage { channel, sequence, log_time, publish_time, data: data.to_vec() });
     }
 
@@ -108,30 +106,15 @@ impl OthersReader {
             return Err(format!("topics that are not kept, for their {} MB: {}", self.bytes >> 20, topics.join(", ")));
         }
         let start = if self.others.messages.is_empty() { 0 } else { self.start.unwrap_or(0) };
-        Ok(Others { start, ..self.in_the_files_order() })
-    }
-
-    /// With the channels as the file has them, not as their first messages come.
-    fn in_the_files_order(mut self) -> Others {
-        let mut places: Vec<(u16, usize)> =
-            self.channels.iter().filter_map(|(id, (_, place))| place.map(|place| (*id, place))).collect();
-        places.sort_unstable();
-        let mut moved = vec![0; places.len()];
-        for (to, (_, from)) in places.iter().enumerate() {
-            moved[*from] = to;
-        }
-        for message in &mut self.others.messages {
-            message.channel = moved[message.channel];
-        }
-        self.others.channels = places.iter().map(|(_, from)| self.others.channels[*from].clone()).collect();
-        self.others
+        Ok(Others { start, ..self.others })
     }
 }
 
 /// Writes [`Others`] as the samples pass.
 pub(super) struct OthersWriter<'a> {
     others: &'a Others,
-    channels: Vec<u16>,
+    /// Numbers of the channels as they are written now, by those of the file that was read.
+    channels: HashMap<u16, u16>,
     given: usize,
     /// Log time of the first sample as it is written now, ns.
     start: u64,
@@ -143,14 +126,14 @@ impl<'a> OthersWriter<'a> {
         others: &'a Others,
         start: u64,
     ) -> mcap::McapResult<Self> {
-        let mut add = |channel: &OtherChannel| {
+        let add = |(id, channel): (&u16, &OtherChannel)| {
             let schema = match &channel.schema {
                 Some(schema) => writer.add_schema(&schema.name, &schema.encoding, &schema.data)?,
                 None => 0,
             };
-            writer.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)
+            Ok((*id, writer.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)?))
         };
-        let channels = others.channels.iter().map(&mut add).collect::<Result<_, _>>()?;
+        let channels = others.channels.iter().map(add).collect::<mcap::McapResult<_>>()?;
         Ok(Self { others, channels, given: 0, start })
     }
 
@@ -159,7 +142,7 @@ impl<'a> OthersWriter<'a> {
         let moved = |time: u64| (time + self.start).saturating_sub(self.others.start);
         while let Some(message) = self.others.messages.get(self.given).filter(|one| moved(one.log_time) <= time) {
             let header = MessageHeader {
-                channel_id: self.channels[message.channel],
+                channel_id: self.channels[&message.channel],
                 sequence: message.sequence,
                 log_time: moved(message.log_time),
                 publish_time: moved(message.publish_time),
