@@ -57,7 +57,7 @@ def main() -> None:
         def remote(some: list[list[int]]) -> Any:
             return next(homes).make.remote(some, (cells, path))
 
-        pool = Pool(groups, remote, lambda: given.workers // 2)
+        pool: Pool[list[int], Rows] = Pool(groups, remote, lambda: given.workers // 2)
         began, busy = time.perf_counter(), time.process_time()
         tasks = 0
         for rows in pool.results():

@@ -134,7 +134,7 @@ pub fn identify_backbone<'py>(
     };
     let (fit, holdout) = (read(&fit)?, read(&holdout)?);
     let model = robot.clone();
-    let options = backbone::Options { module, gravity };
+    let options = backbone::Options { module, gravity, ..backbone::Options::default() };
     let found = interruptible(py, move |_| backbone_fit(model.robot(), &fit, &holdout, options))?.map_err(refused)?;
     let mut document = robot.document().clone();
     found.write_into(&mut document).map_err(refused)?;

@@ -1,4 +1,4 @@
-"""Sweeps on a cluster: the rows of one machine, whatever dies meanwhile."""
+"""Sweeps and commands on a cluster: what one machine makes, whatever dies meanwhile."""
 
 import os
 import signal
@@ -14,6 +14,7 @@ import pytest
 import scram
 from scram import cluster
 from scram._scram import Sweep
+from scram.cluster.__main__ import main
 
 #: Conditions and length such that a sweep is long enough to kill something in the middle of it.
 OPTIONS = ["--axis", "ground.friction=0.5:1.0:6", "--axis", "f=-8,-7,7,8", "--seconds", "0.5", "--repeats", "8"]
@@ -121,8 +122,57 @@ def test_the_recipe_for_an_array_of_jobs(swept: Path, root: Path, tmp_path: Path
     with pytest.raises(scram.ScramError, match=f"of {RUNS} runs are in no part"):
         cluster.collect(sweep.split())
     job(1)
-    assert cluster.main(["collect", *sweep.split()]) == 0
+    assert main(["collect", *sweep.split()]) == 0
     assert (out / "sweep.csv").read_bytes() == (swept / "sweep.csv").read_bytes()
+
+
+@pytest.fixture
+def on_the_path(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands begin with `scram`."""
+    monkeypatch.setenv("PATH", f"{Path(command).parent}{os.pathsep}{os.environ['PATH']}")
+
+
+@pytest.mark.usefixtures("on_the_path")
+def test_commands_are_read_with_what_they_need(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "robot.toml").write_text("[motor]\n")
+    lines = tmp_path / "commands"
+    lines.write_text("# seeds\nscram sim --robot 'in/robot.toml'\n\nscram sweep --out {out}/one  # the other\n")
+    found = cluster.read_commands("commands", ["in"])
+    words = ("scram", "sim", "--robot", "in/robot.toml", "--out", "{out}"), ("scram", "sweep", "--out", "{out}/one")
+    assert found.lines == words
+    assert found.files == (("in/robot.toml", b"[motor]\n"),)
+    assert [program for program, _ in found.versions] == ["scram"] and found.versions[0][1].startswith("scram ")
+    (tmp_path / "in" / "robot.toml").write_text("[body]\n")
+    assert cluster.read_commands("commands", ["in"]).about(0) != found.about(0) != found.about(1)
+
+
+@pytest.mark.usefixtures("on_the_path")
+@pytest.mark.parametrize(
+    ("lines", "files", "says"),
+    [
+        ("", [], "no command"),
+        ("scram sim 'half", [], "commands, line 1: No closing quotation"),
+        ("scram sim", ["nowhere.toml"], "nowhere.toml: no such file"),
+        ("scram sim", ["/etc/hostname"], "is not below the current directory"),
+        ("no-such-program sim", [], "no-such-program cannot be run"),
+    ],
+)
+def test_wrong_commands_say_what_is_wrong(
+    lines: str, files: list[str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "commands").write_text(lines)
+    with pytest.raises(scram.ScramError, match=says):
+        cluster.read_commands("commands", files)
+
+
+@pytest.mark.usefixtures("on_the_path")
+def test_a_node_with_another_version_refuses(tmp_path: Path) -> None:
+    other = cluster.Commands((("scram", "sim"),), (), versions=(("scram", "scram 0.0.0"),))
+    with pytest.raises(scram.ScramError, match="install the same version"):
+        cluster.run_commands(other, [0])
 
 
 # Read when Ray is imported: the nodes of a test stay on the loopback interface.
@@ -176,3 +226,34 @@ def test_a_node_and_a_driver_die_and_no_row_is_lost(swept: Path, root: Path, tmp
     finally:
         nodes.shutdown()
     assert table.read_bytes() == (swept / "sweep.csv").read_bytes()
+
+
+@pytest.mark.usefixtures("on_the_path")
+def test_a_node_dies_and_every_command_is_done(command: str, root: Path, tmp_path: Path) -> None:
+    sweep = "sweep --axis f=7 --seconds 0.5 --repeats 200 --seed"
+    lines = tmp_path / "commands"
+    lines.write_text("".join(f"scram {sweep} {seed}\n" for seed in range(6)) + "scram sweep --axis nothing=7\n")
+    out = tmp_path / "out"
+    arguments = [sys.executable, "-m", "scram.cluster", "run", str(lines), "--with", "robot.toml", "--out", str(out)]
+    loopback = {"node_ip_address": "127.0.0.1", "num_cpus": 1}
+    nodes = cluster_utils.Cluster(initialize_head=True, head_node_args={**loopback, "include_dashboard": False})
+    doomed = nodes.add_node(**loopback)
+    nodes.wait_for_nodes()
+    try:
+        first = subprocess.Popen([*arguments, "--address", nodes.address], cwd=root, stderr=subprocess.PIPE, text=True)
+        until(lambda: len(list(out.glob("0*"))) >= 2)
+        nodes.remove_node(doomed, allow_graceful=False)
+        _, said = first.communicate(timeout=240.0)
+    finally:
+        nodes.shutdown()
+    assert first.returncode == 1 and "1 failed" in said and "0007" in said, said
+    assert "no such quantity" in (out / "0007" / "stderr.txt").read_text()
+    for seed in range(6):
+        alone = tmp_path / str(seed)
+        subprocess.run([command, *sweep.split(), str(seed), "--out", str(alone)], cwd=root, check=True, capture_output=True)
+        assert (out / f"{seed + 1:04}" / "sweep.csv").read_bytes() == (alone / "sweep.csv").read_bytes()
+    # What is there is not done again; what failed is.
+    before = (out / "0001" / "done.json").stat().st_mtime_ns
+    again = subprocess.run(arguments, cwd=root, capture_output=True, text=True, check=False)
+    assert again.returncode == 1 and "6 of 7 commands were done already" in again.stderr, again.stderr
+    assert (out / "0001" / "done.json").stat().st_mtime_ns == before

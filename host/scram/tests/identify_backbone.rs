@@ -65,3 +65,44 @@ fn what_cannot_be_used_is_said() {
     refused(&format!("{runs} --section 4,6,4,1 --modulus 2.4"), &["a section of 4 × 6 × 4 × 1 mm"]);
     refused("release-1.csv --robot @/robots/bench-linear.toml", &["bench-linear", "no [body]"]);
 }
+
+#[cfg(feature = "bayes")]
+#[test]
+fn bayes_finds_the_examples_stiffnesses_and_keeps_the_files_spreads() {
+    let directory = temporary();
+    let runs = runs(directory.path());
+    let words = format!("identify backbone {runs} --method bayes --evaluations 60 --out found --json");
+    let said = json(&succeeds(directory.path(), &words));
+    for (k, (field, truth)) in TRUTH.into_iter().enumerate() {
+        let value = said["hinges"][k]["value"].as_f64().unwrap();
+        assert!(k > 2 || (value / truth - 1.0).abs() < 0.03, "{field}: {value} for {truth}");
+        assert!(said["hinges"][k].get("low").is_none(), "{said}");
+    }
+    assert_eq!(said["evaluations"], 60);
+    let robot = |path: &Path| robot_file::Robot::load(path).unwrap().backbone.unwrap().soft_nm_per_rad;
+    let (before, after) = (robot(&root().join("robot.toml")), robot(&directory.path().join("found/robot.toml")));
+    assert_eq!((before.low, before.high), (after.low, after.high));
+    assert!(after.source.contains("--method bayes") && after.source.contains("no interval"), "{}", after.source);
+    let few = format!("identify backbone {runs} --method bayes --evaluations 5");
+    fails(directory.path(), &few, 1, &["5 evaluations are too few", "--evaluations 48 or more"]);
+}
+
+#[cfg(not(feature = "bayes"))]
+#[test]
+fn without_bayes_the_command_says_how_to_build_with_it() {
+    let directory = temporary();
+    let words = format!("identify backbone {} --method bayes", runs(directory.path()));
+    fails(
+        directory.path(),
+        &words,
+        1,
+        &["built without Bayesian optimisation", "cargo run --release -p scram --features bayes"],
+    );
+}
+
+#[test]
+fn evaluations_are_for_bayes() {
+    let directory = temporary();
+    let words = format!("identify backbone {} --evaluations 40", runs(directory.path()));
+    fails(directory.path(), &words, 2, &["--evaluations is for --method bayes"]);
+}

@@ -80,7 +80,7 @@ fn rows_of(bench: &PeerSetup, sets: u64) -> Vec<FigureRow> {
 
 fn one(peer: &Peer, robot: &Robot, seed: u64) -> Result<Found, PeerError> {
     let set = made(peer, robot, seed)?;
-    let options = Options { module: None, gravity: Gravity::Level };
+    let options = Options { module: None, gravity: Gravity::Level, ..Options::default() };
     let fit = identify(robot, &set.fit, &set.held_out, options).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
     Ok(Found { seed, kind: set.kind, truth: set.truth, fit })
 }
@@ -186,8 +186,7 @@ fn errors(what: &str, required: &str, found: &[Found]) -> FigureRow {
 
 fn coverage(found: &[Found]) -> FigureRow {
     let holds = |one: &Found, k: usize| {
-        let hinge = &one.fit.hinges[k];
-        (hinge.low..=hinge.high).contains(&one.truth[k])
+        one.fit.hinges[k].interval.is_some_and(|interval| (interval.low..=interval.high).contains(&one.truth[k]))
     };
     let shares: Vec<f64> =
         (0..6).map(|k| found.iter().filter(|one| holds(one, k)).count() as f64 / found.len() as f64).collect();

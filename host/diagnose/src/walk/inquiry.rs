@@ -9,6 +9,7 @@ use sweep::Measured;
 
 use super::adequacy::Adequacy;
 use super::evidence::{ALARM, CLASS, log10_mean_factor, probabilities};
+use super::feet::feet;
 use super::models::{Bench, FEW_STEPS, MANY_STEPS, Model, Screened};
 use super::outcome::{Judged, WalkCause, WalkDiagnosis, WalkLimit, WalkModel};
 use super::place::{places, pointed};
@@ -235,6 +236,7 @@ fn write_down(
             .map(|part| bench.table.scatter_of_mean(part).map(|scatter| scatter / bench.table.largest[part])),
         place: pointed(&places).filter(|_| wrong).cloned(),
         places,
+        feet: feet(&singles.screens, base.adequacy.misfit),
         limits: limits
             .map(|one| WalkLimit { effect: one.effect.name().to_owned(), largest: one.largest.clone() })
             .collect(),

@@ -8,10 +8,11 @@
 //! 2. `evidence`: how probable the speeds are under each model, numbers and effects' sizes averaged over what is believed of them. An
 //!    alarm needs mean evidence that chance would give one table in a hundred of a robot that lacks nothing;
 //! 3. `adequacy`: whether what a model leaves is what repeats scatter by, on the fitted conditions and on those held out;
-//! 4. `place`: where the file's model is wrong: by frequency, direction, α or speed.
+//! 4. `place`, `feet`: where the file's model is wrong: by frequency, direction, α or speed, and at which foot.
 
 mod adequacy;
 mod evidence;
+mod feet;
 mod inquiry;
 mod models;
 mod outcome;
@@ -27,6 +28,7 @@ use identify::robot::{Held, Run};
 use robot_file::edit::Document;
 use sweep::Measured;
 
+pub use feet::FootPlace;
 pub use outcome::{WalkCause, WalkDiagnosis, WalkLimit, WalkModel};
 pub use place::Place;
 

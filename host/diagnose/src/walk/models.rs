@@ -71,6 +71,18 @@ pub struct Screened {
     derivatives: DMatrix<f64>,
     /// Of the effect's numbers: paths, with how large they may be in the key's unit, at 95 %.
     pub largest: Vec<(String, f64)>,
+    /// The effect's numbers that the speeds tell something of, each where it alone is free beside the model's.
+    pub alone: Vec<Alone>,
+}
+
+/// A number of an effect where it alone is free beside the model's, and what is believed of it does not count.
+pub struct Alone {
+    /// In the robot file.
+    pub path: String,
+    /// Most probable, in the key's unit.
+    pub value: f64,
+    /// How many standard deviations that is from where the effect is absent.
+    pub deviations: f64,
 }
 
 impl<'a> Bench<'a> {
@@ -301,9 +313,33 @@ impl Screened {
             (number.path.clone(), (number.at(far) - number.file).abs())
         });
         let largest = largest.collect();
+        let residuals = residuals.rows(0, rows).clone_owned();
+        let own = (0..count).filter(|k| numbers.all[*k].is_of(effect));
+        let alone = own.filter_map(|k| {
+            let slope = derivatives.view((0, k), (rows, 1)).column(0).clone_owned();
+            let (moved, deviations) = score(&slope, &residuals, &base.minimum)?;
+            let number = &numbers.all[k];
+            Some(Alone { path: number.path.clone(), value: number.at((start[k] + moved).clamp(-FAR, FAR)), deviations })
+        });
+        let alone = alone.collect();
         let far = point.map(|at| at.clamp(-FAR, FAR));
-        Some(Self { effect, point: far, derivatives, largest })
+        Some(Self { effect, point: far, derivatives, largest, alone })
     }
+}
+
+/// How far one more number moves from a minimum, whose own numbers follow, and how many standard deviations that is; none where its
+/// derivatives by the deviations are those of the others.
+fn score(slope: &DVector<f64>, residuals: &DVector<f64>, base: &Minimum) -> Option<(f64, f64)> {
+    let rows = slope.len();
+    let towards = base.derivatives.rows(0, rows).tr_mul(slope);
+    let normal = Cholesky::new(base.derivatives.tr_mul(&base.derivatives))?;
+    let all = slope.norm_squared();
+    let information = all - towards.dot(&normal.solve(&towards));
+    if information <= 1e-9 * all {
+        return None;
+    }
+    let moved = -slope.dot(residuals) / information;
+    Some((moved, moved * information.sqrt()))
 }
 
 /// To the most probable point by derivatives alone, with one-sided numbers that would go below 0 left there.

@@ -8,6 +8,7 @@ use robot_file::edit::Document;
 use serde::Serialize;
 
 use super::adequacy::Adequacy;
+use super::feet::FootPlace;
 use super::models::Model;
 use super::place::Place;
 use crate::Verdict;
@@ -74,6 +75,8 @@ pub struct WalkDiagnosis {
     pub place: Option<Place>,
     /// The same for every part of the speeds.
     pub places: Vec<Place>,
+    /// What the speeds say of the friction of each foot alone; empty where the file has it already.
+    pub feet: Vec<FootPlace>,
     /// How large each effect that is not named may still be.
     pub limits: Vec<WalkLimit>,
     /// Every condition: measured, with the file's numbers refitted, with the extended model.

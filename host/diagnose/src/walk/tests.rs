@@ -85,3 +85,21 @@ fn a_robot_whose_numbers_alone_differ_lacks_nothing() {
     let again = diagnose_walk(&document, &measured, &options).unwrap();
     assert_eq!((again.verdict, again.models, again.parameters), (found.verdict, found.models, found.parameters));
 }
+
+#[test]
+fn a_foot_that_grips_less_is_pointed_to() {
+    let document = document();
+    let mut shares = [1.0; 8];
+    shares[4] = 0.6;
+    let measured = measured(&document, &conditions(&[60.0, 90.0]), 3, Some(("foot_friction", &shares)));
+    let table = identify::robot::Table::new(&measured, &identify::robot::Held::None).unwrap();
+    let bench = models::Bench::new((&document, &table), early().run(), None, &|_| {});
+    let base = bench.baseline(6, &mut Stream::new(1, Source::Variation)).unwrap();
+    let screen = bench.screen(&base, Id::of("foot_friction").unwrap()).unwrap().unwrap();
+    let feet = feet::feet(&[screen], 1.0);
+    assert_eq!(feet.len(), 8);
+    let first = feet::pointed(&feet).expect("a foot stands out");
+    assert_eq!(first.foot, "left_3", "{feet:#?}");
+    assert!(first.share < 0.9 && first.deviations < -4.0, "{first:?}");
+    assert!(feet::feet(&[], 1.0).is_empty() && feet::pointed(&[]).is_none());
+}

@@ -2,6 +2,7 @@
 
 use effects::Id;
 
+use super::feet::pointed;
 use super::outcome::{WalkCause, WalkDiagnosis};
 use super::place::Place;
 use crate::Verdict;
@@ -29,7 +30,24 @@ pub fn summary(diagnosis: &WalkDiagnosis) -> Vec<String> {
         }
     };
     lines.extend(diagnosis.place.as_ref().map(|place| format!("It is most clearly wrong {}.", whereabouts(place))));
+    if diagnosis.verdict == Verdict::Unexplained {
+        lines.extend(pointed(&diagnosis.feet).map(|foot| {
+            format!(
+                "Of single feet, {} says most, with {:.2} of the ground's friction.",
+                foot_title(&foot.foot),
+                foot.share
+            )
+        }));
+    }
     lines
+}
+
+/// `left_1` as "the left one of module 1".
+fn foot_title(foot: &str) -> String {
+    match foot.split_once('_') {
+        Some((side, module)) => format!("the {side} one of module {module}"),
+        None => foot.to_owned(),
+    }
 }
 
 fn named(causes: &[WalkCause]) -> String {

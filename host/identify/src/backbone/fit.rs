@@ -2,10 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 use robot_file::edit::Document;
-use robot_file::robot::Quantity;
+use robot_file::robot::{Backbone, Quantity};
 use robot_file::{Robot, RobotFileError};
 use serde::Serialize;
 
+#[cfg(feature = "bayes")]
+use super::bayes::bayes;
 use super::oscillation::Oscillation;
 use super::rig::{Gravity, Hinges, Release, Rig, START, between, of_axis, widest};
 use super::{BackboneError, FIELDS, start};
@@ -19,6 +21,51 @@ pub struct Options {
     pub module: Option<usize>,
     /// How the backbone stands in the room.
     pub gravity: Gravity,
+    /// How the six numbers are looked for.
+    pub method: Method,
+}
+
+/// How the six numbers are looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Levenberg and Marquardt from the best of a grid, with intervals from the curvature.
+    #[default]
+    LeastSquares,
+    /// Bayesian optimisation of (3.1), as in the thesis; it gives no intervals.
+    Bayes(Search),
+}
+
+/// How Bayesian optimisation searches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Search {
+    /// Of all that is drawn: the same seed finds the same numbers.
+    pub seed: u64,
+    /// Sets of the six numbers to try, [`Search::FEWEST`] or more.
+    pub evaluations: usize,
+}
+
+impl Search {
+    /// Turns, each in a smaller box around what the one before found.
+    pub(super) const TURNS: usize = 3;
+    /// Sets that are tried in a turn before there is anything to choose the next by.
+    pub(super) const DRAWN: usize = 15;
+    /// Fewer leave none to choose.
+    pub const FEWEST: usize = Self::TURNS * (Self::DRAWN + 1);
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self { seed: 1, evaluations: 120 }
+    }
+}
+
+/// The 90 % interval of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Interval {
+    /// Lower end, N·m/rad or N·m·s/rad.
+    pub low: f64,
+    /// Upper end, N·m/rad or N·m·s/rad.
+    pub high: f64,
 }
 
 /// One of the six numbers.
@@ -28,10 +75,9 @@ pub struct HingeFit {
     pub field: &'static str,
     /// Best, N·m/rad or N·m·s/rad.
     pub value: f64,
-    /// Of the 90 % interval.
-    pub low: f64,
-    /// Of the 90 % interval.
-    pub high: f64,
+    /// How far it can be trusted, where the method says so.
+    #[serde(flatten)]
+    pub interval: Option<Interval>,
     /// What the robot file has.
     pub file: f64,
     /// Whether these runs tell it: an axis that does not swing has no stiffness to show.
@@ -81,6 +127,10 @@ pub struct BackboneFit {
     pub outliers: usize,
     /// Samples used.
     pub samples: usize,
+    /// Sets of the six numbers that Bayesian optimisation tried; none for least squares, which moves them one by one.
+    pub evaluations: Option<usize>,
+    /// Oscillations that were simulated to find them, one for each run, set of numbers and start.
+    pub simulated: usize,
     /// Moment of inertia about x, y, z against which stiffness is known, kg·m²: the module's, about the fast end.
     pub inertia_kg_m2: [f64; 3],
     /// Runs that were not fitted.
@@ -102,17 +152,31 @@ impl BackboneFit {
     /// # Errors
     /// The file does not take one.
     pub fn write_into(&self, document: &mut Document) -> Result<(), RobotFileError> {
-        let source = format!("scram identify backbone, from {}; 90 % interval", self.fitted().join(", "));
-        let told = self.hinges.iter().filter(|hinge| hinge.told);
+        let Some(before) = document.robot()?.backbone else { return Ok(()) };
+        let told = self.hinges.iter().zip(quantities(&before)).filter(|(hinge, _)| hinge.told);
         let found: Vec<(String, Quantity)> = told
-            .map(|hinge| {
-                let quantity =
-                    Quantity { value: hinge.value, low: hinge.low, high: hinge.high, source: source.clone() };
-                (format!("backbone.{}", hinge.field), quantity)
-            })
+            .map(|(hinge, spread)| (format!("backbone.{}", hinge.field), hinge.quantity(spread, &self.fitted())))
             .collect();
         let fields: Vec<(&str, Quantity)> = found.iter().map(|(path, value)| (path.as_str(), value.clone())).collect();
         document.set_all(&fields)
+    }
+}
+
+impl HingeFit {
+    /// For a robot file. Where the method gives no interval, the file's spread stays, widened where the value lies outside.
+    fn quantity(&self, file: &Quantity, runs: &[&str]) -> Quantity {
+        let runs = runs.join(", ");
+        let (low, high, source) = match self.interval {
+            Some(Interval { low, high }) => (low, high, format!("scram identify backbone, from {runs}; 90 % interval")),
+            None => (
+                file.low.min(self.value),
+                file.high.max(self.value),
+                format!(
+                    "scram identify backbone --method bayes, from {runs}; no interval, the spread is the one before"
+                ),
+            ),
+        };
+        Quantity { value: self.value, low, high, source }
     }
 }
 
@@ -129,7 +193,7 @@ const OUTLIER: f64 = 6.0;
 /// Offsets of a run, about x, y, z, rad; no more than `OFFSET`.
 const OFFSETS: usize = 3;
 const OFFSET: f64 = 0.5;
-const STEPS: usize = 40;
+pub(super) const STEPS: usize = 40;
 
 /// Finds stiffness and damping from some runs and judges them on others.
 ///
@@ -147,19 +211,24 @@ pub fn identify(
     }
     let released = |runs: &[Oscillation]| runs.iter().map(Oscillation::released).collect::<Result<Vec<_>, _>>();
     let (runs, others) = (released(fit)?, released(held_out)?);
-    let begin = start::of_grid(&rig, &runs).ok_or(BackboneError::Hopeless)?;
-    let mut problem = Problem::new(&rig, runs, Some(begin));
-    let minimum = problem.settle().ok_or(BackboneError::Hopeless)?;
+    let (problem, minimum) = match options.method {
+        Method::LeastSquares => least_squares(&rig, runs).ok_or(BackboneError::Hopeless)?,
+        Method::Bayes(search) => {
+            let backbone = robot.backbone.as_ref().ok_or(BackboneError::Hopeless)?;
+            bayes(&rig, runs, quantities(backbone).map(|one| [one.low, one.high]), search)?
+        }
+    };
     let found = problem.hinges(&minimum.point);
     let mut result = problem.summary(&minimum);
+    if let Method::Bayes(search) = options.method {
+        result.evaluations = Some(search.evaluations);
+    }
     result.tracks = problem.tracks(&minimum, false);
     for run in others {
         let (weights, name) = (problem.weights, run.name.clone());
         let judge = |hinges: Hinges| {
-            let mut judged = Problem { weights, ..Problem::new(&rig, vec![run.clone()], None) };
-            judged.fixed = hinges;
-            let begin = judged.begin();
-            let minimum = minimise(&mut judged, begin, STEPS)?;
+            let mut judged = Problem { weights, ..Problem::of(&rig, vec![run.clone()], hinges) };
+            let minimum = judged.starts(STEPS)?;
             Some((judged.error(&minimum), judged.tracks(&minimum, true)))
         };
         let (Some((before_rad, _)), Some((after_rad, tracks))) = (judge(rig.file()), judge(found)) else {
@@ -171,22 +240,53 @@ pub fn identify(
     Ok(result)
 }
 
+/// The six numbers of a robot file, in the order of [`FIELDS`].
+fn quantities(backbone: &Backbone) -> [&Quantity; 6] {
+    [
+        &backbone.torsion_nm_per_rad,
+        &backbone.stiff_nm_per_rad,
+        &backbone.soft_nm_per_rad,
+        &backbone.torsion_nm_s_per_rad,
+        &backbone.stiff_nm_s_per_rad,
+        &backbone.soft_nm_s_per_rad,
+    ]
+}
+
+fn least_squares(rig: &Rig, runs: Vec<Oscillation>) -> Option<(Problem<'_>, Minimum)> {
+    let begin = start::of_grid(rig, &runs)?;
+    let mut problem = Problem { begin: Some(begin), ..Problem::of(rig, runs, rig.file()) };
+    let minimum = problem.settle()?;
+    Some((problem, minimum))
+}
+
+#[cfg(not(feature = "bayes"))]
+fn bayes(_: &Rig, _: Vec<Oscillation>, _: [[f64; 2]; 6], _: Search) -> Result<(Problem<'_>, Minimum), BackboneError> {
+    Err(BackboneError::WithoutBayes)
+}
+
 /// Everything that is looked for: logarithms of the hinges over the file's, then start and offsets of each run.
-struct Problem<'a> {
+pub(super) struct Problem<'a> {
     rig: &'a Rig,
-    runs: Vec<Oscillation>,
+    pub(super) runs: Vec<Oscillation>,
     /// One over the noise about x, y, z, 1/rad.
     weights: [f64; 3],
     /// Where the hinges begin, if they are looked for.
     begin: Option<Hinges>,
     /// The hinges, if they are not.
-    fixed: Hinges,
+    pub(super) fixed: Hinges,
     outliers: usize,
 }
 
 impl<'a> Problem<'a> {
-    fn new(rig: &'a Rig, runs: Vec<Oscillation>, begin: Option<Hinges>) -> Self {
-        Self { rig, runs, weights: [1e3; 3], begin, fixed: rig.file(), outliers: 0 }
+    /// With given hinges: only the runs' starts and offsets are looked for.
+    pub(super) fn of(rig: &'a Rig, runs: Vec<Oscillation>, fixed: Hinges) -> Self {
+        Self { rig, runs, weights: [1e3; 3], begin: None, fixed, outliers: 0 }
+    }
+
+    /// The runs' starts and offsets, from rest, in at most so many steps; `None` where nothing can be simulated.
+    pub(super) fn starts(&mut self, most_steps: usize) -> Option<Minimum> {
+        let begin = self.begin();
+        minimise(self, begin, most_steps)
     }
 
     fn numbers(&self) -> usize {
@@ -229,10 +329,8 @@ impl<'a> Problem<'a> {
     fn settle(&mut self) -> Option<Minimum> {
         // The starts alone first: from rest nothing tells how the hinges matter.
         let hinges = self.begin.take()?;
-        let mut starts = Problem { weights: self.weights, ..Problem::new(self.rig, self.runs.clone(), None) };
-        starts.fixed = hinges;
-        let begin = starts.begin();
-        let begun = minimise(&mut starts, begin, STEPS)?;
+        let mut starts = Problem { weights: self.weights, ..Problem::of(self.rig, self.runs.clone(), hinges) };
+        let begun = starts.starts(STEPS)?;
         self.begin = Some(hinges);
         let mut point = self.begin();
         point.rows_mut(6, begun.point.len()).copy_from(&begun.point);
@@ -260,14 +358,8 @@ impl<'a> Problem<'a> {
     }
 
     fn noise(&self, minimum: &Minimum) -> [Option<f64>; 3] {
-        let mut sums = [(0.0, 0.0); 3];
-        for (_, _, axis, value) in self.read(minimum) {
-            sums[axis].0 += value * value;
-            sums[axis].1 += 1.0;
-        }
-        let all: f64 = sums.iter().map(|(_, count)| count).sum();
-        let free = (1.0 - minimum.point.len() as f64 / all).max(0.1);
-        sums.map(|(sum, count)| (count > 0.0).then(|| (sum / (free * count)).sqrt().max(1e-9)))
+        let free = (1.0 - minimum.point.len() as f64 / self.rows().count() as f64).max(0.1);
+        self.errors(minimum).map(|error| error.map(|error| (error / free.sqrt()).max(1e-9)))
     }
 
     fn weigh(&mut self, minimum: &Minimum) {
@@ -288,6 +380,16 @@ impl<'a> Problem<'a> {
         let samples = self.runs.iter().map(|run| run.angles.iter().filter(|a| a.iter().any(|x| x.is_finite())).count());
         let free = (1.0 - minimum.point.len() as f64 / rows).max(0.1);
         (sum / free / samples.sum::<usize>().max(1) as f64).sqrt()
+    }
+
+    /// (3.1) about one axis alone, rad; none for an axis that no run has.
+    pub(super) fn errors(&self, minimum: &Minimum) -> [Option<f64>; 3] {
+        let mut sums = [(0.0, 0.0); 3];
+        for (_, _, axis, value) in self.read(minimum) {
+            sums[axis].0 += value * value;
+            sums[axis].1 += 1.0;
+        }
+        sums.map(|(sum, count)| (count > 0.0).then(|| f64::sqrt(sum / count)))
     }
 
     /// How much wider intervals are than white noise would have them: the sum of the correlations, never below 1.
@@ -322,15 +424,20 @@ impl<'a> Problem<'a> {
         }
         let hinges = (0..6)
             .map(|k| {
-                let curved = covariance.as_ref().map_or(BELIEVED, |all| all[(k, k)].sqrt() * widened);
-                let deviation = if swings[k % 3] { curved.min(BELIEVED) } else { BELIEVED };
+                // Hinges that were given have no curvature.
+                let curved = self.begin.is_some().then(|| {
+                    let curved = covariance.as_ref().map_or(BELIEVED, |all| all[(k, k)].sqrt() * widened);
+                    if swings[k % 3] { curved.min(BELIEVED) } else { BELIEVED }
+                });
                 HingeFit {
                     field: FIELDS[k],
                     value: found[k],
-                    low: found[k] * (-Z90 * deviation).exp(),
-                    high: found[k] * (Z90 * deviation).exp(),
+                    interval: curved.map(|deviation| Interval {
+                        low: found[k] * (-Z90 * deviation).exp(),
+                        high: found[k] * (Z90 * deviation).exp(),
+                    }),
                     file: file[k],
-                    told: deviation < TOLD * BELIEVED,
+                    told: curved.map_or(swings[k % 3], |deviation| deviation < TOLD * BELIEVED),
                 }
             })
             .collect();
@@ -343,6 +450,8 @@ impl<'a> Problem<'a> {
             widened,
             outliers: self.outliers,
             samples: self.rows().count(),
+            evaluations: None,
+            simulated: self.rig.simulated(),
             inertia_kg_m2: self.rig.inertia(),
             held_out: Vec::new(),
             tracks: Vec::new(),

@@ -17,6 +17,8 @@
 //! An oscillation tells a stiffness against the moment of inertia that it swings: `k` is as exact as the mass and the size of the
 //! module at the end ([`BackboneFit::inertia_kg_m2`] is what was taken).
 
+#[cfg(feature = "bayes")]
+mod bayes;
 mod error;
 mod fit;
 mod oscillation;
@@ -25,7 +27,7 @@ mod section;
 mod start;
 
 pub use error::BackboneError;
-pub use fit::{BackboneFit, HeldOut, HingeFit, Options, Track, identify};
+pub use fit::{BackboneFit, HeldOut, HingeFit, Interval, Method, Options, Search, Track, identify};
 pub use oscillation::Oscillation;
 pub use rig::{Gravity, rotation_vector};
 pub use section::{Section, SectionError};

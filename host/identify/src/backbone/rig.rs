@@ -1,6 +1,7 @@
 //! The rig of thesis figure 3.3, simulated: a backbone held fast at one end, a module at the other, let go.
 
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use hal_sim::body::coordinates::Coordinates;
 use hal_sim::body::skeleton::{Matrix, Skeleton, product, transposed};
@@ -41,9 +42,11 @@ const CALM: (f64, f64) = (6.0, 0.5);
 pub type Hinges = [f64; 6];
 
 /// The rig, but for what is looked for.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Rig {
     plan: Plan,
+    /// Oscillations that were simulated.
+    simulated: AtomicUsize,
 }
 
 /// One oscillation to simulate.
@@ -89,7 +92,7 @@ impl Rig {
             },
             walls: vec![],
         };
-        Ok(Self { plan })
+        Ok(Self { plan, simulated: AtomicUsize::new(0) })
     }
 
     /// What the file says.
@@ -109,6 +112,12 @@ impl Rig {
         [x, y + end.mass * arm * arm, z + end.mass * arm * arm]
     }
 
+    /// How many oscillations were simulated so far.
+    #[must_use]
+    pub fn simulated(&self) -> usize {
+        self.simulated.load(Ordering::Relaxed)
+    }
+
     fn with(&self, [kx, ky, kz, dx, dy, dz]: Hinges) -> Plan {
         let mut plan = self.plan.clone();
         plan.backbones[0].stiffness = [kx, ky, kz];
@@ -119,6 +128,7 @@ impl Rig {
     /// Rotation vectors of the end against its pose at rest, world frame, rad, every [`POINT_S`]; `None` where no step carries
     /// the hinges.
     pub fn oscillations(&self, releases: &[Release]) -> Option<Vec<Vec<[f64; 3]>>> {
+        self.simulated.fetch_add(releases.len(), Ordering::Relaxed);
         let mut different: Vec<Hinges> = Vec::new();
         let mut places = Vec::new();
         for release in releases {

@@ -11,7 +11,7 @@ use super::rig::{Release, Rig, START, between, rotation_vector};
 use super::*;
 
 /// Gravity would make an axis swing that nobody pulled at.
-const WITHOUT: Options = Options { module: None, gravity: Gravity::None };
+const WITHOUT: Options = Options { module: None, gravity: Gravity::None, method: Method::LeastSquares };
 
 fn robot() -> Robot {
     Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml")).unwrap()
@@ -49,8 +49,8 @@ fn what_was_put_in_comes_out_of_one_run_with_all_axes_at_once() {
         let truth = hinge.file * factor;
         let bar = if k < 3 { 0.005 } else { 0.03 };
         assert!((hinge.value / truth - 1.0).abs() < bar, "{}: {} for {truth}", hinge.field, hinge.value);
-        assert!(hinge.told && hinge.low < hinge.value && hinge.value < hinge.high, "{hinge:?}");
-        assert!(hinge.high / hinge.low < 1.3, "{hinge:?}");
+        let Interval { low, high } = hinge.interval.unwrap();
+        assert!(hinge.told && low < hinge.value && hinge.value < high && high / low < 1.3, "{hinge:?}");
     }
     assert!((0.9..1.1).contains(&(fit.noise_rad[1].unwrap() / 1e-3)), "{:?}", fit.noise_rad);
     let held_out = &fit.held_out[0];
@@ -66,6 +66,56 @@ fn an_axis_that_does_not_swing_tells_nothing() {
     let told: Vec<bool> = fit.hinges.iter().map(|hinge| hinge.told).collect();
     assert_eq!(told, [false, false, true, false, false, true], "{:#?}", fit.hinges);
     assert!((fit.hinges[2].value / (1.2 * fit.hinges[2].file) - 1.0).abs() < 0.01);
+}
+
+/// Bayesian optimisation with a seed and so many sets of numbers.
+fn by_bayes(seed: u64, evaluations: usize) -> Options {
+    Options { method: Method::Bayes(Search { seed, evaluations }), ..WITHOUT }
+}
+
+#[cfg(not(feature = "bayes"))]
+#[test]
+fn a_program_without_bayesian_optimisation_says_how_to_get_it() {
+    let error = identify(&robot(), &[made([1.0; 6], [0.1; START], 1e-3, 0.0, 1)], &[], by_bayes(1, 120)).unwrap_err();
+    assert_eq!(error, BackboneError::WithoutBayes);
+    assert!(miette::Diagnostic::help(&error).unwrap().to_string().contains("--features bayes"));
+}
+
+#[cfg(feature = "bayes")]
+#[test]
+fn bayesian_optimisation_finds_what_was_put_in_and_gives_no_intervals() {
+    let factors = [0.75, 0.8, 1.35, 0.5, 0.7, 0.8];
+    let mut start = [0.0; START];
+    (start[0], start[1], start[3], start[4]) = (0.25, 0.1, 0.2, 0.05);
+    let runs = [made(factors, start, 1e-3, 0.2, 1), made(factors, start, 1e-3, 0.2, 2)];
+    let fit = identify(&robot(), &runs[..1], &runs[1..], by_bayes(7, 120)).unwrap();
+    for (k, (hinge, factor)) in fit.hinges.iter().zip(factors).enumerate() {
+        let truth = hinge.file * factor;
+        let bar = if k < 3 { 0.02 } else { 0.2 };
+        assert!((hinge.value / truth - 1.0).abs() < bar, "{}: {} for {truth}", hinge.field, hinge.value);
+        assert!(hinge.told && hinge.interval.is_none(), "{hinge:?}");
+    }
+    assert_eq!(fit.evaluations, Some(120));
+    assert!(fit.held_out[0].before_rad > 3.0 * fit.held_out[0].after_rad, "{:?}", fit.held_out);
+}
+
+#[cfg(feature = "bayes")]
+#[test]
+fn bayes_finds_the_same_numbers_with_the_same_seed_leaves_what_does_not_swing_and_refuses_too_few_evaluations() {
+    let mut start = [0.0; START];
+    start[3] = 0.2;
+    let mut run = made([1.0, 1.0, 1.2, 1.0, 1.0, 1.0], start, 2e-3, 0.0, 5);
+    run.angles.iter_mut().for_each(|angles| angles[0] = f64::NAN);
+    let fewest = Search::FEWEST;
+    let by = |seed, evaluations| identify(&robot(), &[run.clone()], &[], by_bayes(seed, evaluations));
+    let fit = by(1, fewest).unwrap();
+    let told: Vec<bool> = fit.hinges.iter().map(|hinge| hinge.told).collect();
+    assert_eq!(told, [false, false, true, false, false, true], "{:#?}", fit.hinges);
+    assert!(fit.hinges.iter().all(|hinge| hinge.told || hinge.value == hinge.file), "{:#?}", fit.hinges);
+    assert_eq!(by(1, fewest).unwrap().hinges, fit.hinges);
+    assert_ne!(by(2, fewest).unwrap().hinges, fit.hinges);
+    let refused = by(1, fewest - 1).unwrap_err();
+    assert_eq!(refused, BackboneError::TooFew { evaluations: fewest - 1, fewest });
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The report of a walk's diagnosis.
 
 use diagnose::Verdict;
-use diagnose::walk::{Place, WalkDiagnosis, WalkLimit, WalkModel};
+use diagnose::walk::{FootPlace, Place, WalkDiagnosis, WalkLimit, WalkModel};
 use identify::robot::Parameter;
 
 use super::PAGE_STYLE;
@@ -46,6 +46,7 @@ pub fn walk_html(found: &WalkDiagnosis, about: &WalkAbout) -> Result<String, Fig
     ));
     page.push_str(&evidence(found));
     page.push_str(&places(&found.places));
+    page.push_str(&feet(&found.feet));
     page.push_str(&parameters(&found.parameters));
     page.push_str(&limits(&found.limits));
     page.push_str(&how_to_run(found, about));
@@ -148,6 +149,29 @@ fn places(places: &[Place]) -> String {
         "<section><h2>Where the file’s model is wrong</h2><p class=\"soft\">Deviations of the refitted file’s speeds in units of what the \
          means are known to, root mean square. Those that stand out most come first.</p><div class=\"scroll\"><table><thead><tr>\
          <th>speeds</th><th class=\"n\">off by</th><th class=\"n\">all others</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
+    )
+}
+
+fn feet(feet: &[FootPlace]) -> String {
+    if feet.is_empty() {
+        return String::new();
+    }
+    let row = |one: &FootPlace| {
+        let (side, module) = one.foot.split_once('_').unwrap_or((&one.foot, ""));
+        format!(
+            "<tr><td>module {}, {}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+            escape(module),
+            escape(side),
+            three(one.share),
+            format!("{:.1}", one.deviations).replace('-', "\u{2212}")
+        )
+    };
+    let rows: String = feet.iter().map(row).collect();
+    format!(
+        "<section><h2>Foot by foot</h2><p class=\"soft\">Share of the ground’s friction with which each foot alone would bring the refitted \
+         file’s speeds nearest, by one linear step, and how many standard deviations that is from 1. Several feet that stand out, or one \
+         beside a cause that is named, may only stand in for it.</p><div class=\"scroll\"><table><thead><tr><th>foot</th>\
+         <th class=\"n\">share</th><th class=\"n\">deviations</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
     )
 }
 

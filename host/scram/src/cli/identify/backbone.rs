@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ::identify::backbone::{BackboneFit, FIELDS, Gravity, Options, Oscillation, Section, identify};
+use ::identify::backbone::{BackboneFit, FIELDS, Gravity, Method, Options, Oscillation, Search, Section, identify};
 use clap::{Args, ValueEnum};
 use miette::{Report, miette};
 use plot::{oscillation_svg, under_title};
@@ -11,7 +11,7 @@ use robot_file::robot::Robot;
 use serde::Serialize;
 
 use super::super::run_directory::IDENTIFIED;
-use super::super::{Common, Done, print, print_json, say, table, write};
+use super::super::{Common, Done, Failure, print, print_json, say, table, write};
 use super::capture::CaptureArgs;
 use super::{ROBOT, short};
 
@@ -29,7 +29,8 @@ use super::{ROBOT, short};
     scram identify backbone examples/backbone/release-*.csv\n  \
     scram identify backbone take1.csv take2.csv --holdout take3.csv --body tip --base clamp\n  \
     scram identify backbone swing.csv --map t_s=Time --map angle_z_deg=Bend --gravity hanging\n  \
-    scram identify backbone release-*.csv --section 4,6,1.5,1 --modulus 2.4\n\n\
+    scram identify backbone release-*.csv --section 4,6,1.5,1 --modulus 2.4\n  \
+    scram identify backbone release-*.csv --method bayes --evaluations 200\n\n\
     docs/identify-backbone.md describes the rig, the files and the method."
 )]
 pub struct Backbone {
@@ -48,6 +49,12 @@ pub struct Backbone {
     /// How the backbone stands in the room
     #[arg(long, value_enum, default_value_t)]
     gravity: GravityArg,
+    /// How the six numbers are looked for
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodArg,
+    /// Sets of the six numbers that --method bayes tries [default: 120]
+    #[arg(long, value_name = "N")]
+    evaluations: Option<usize>,
     /// Section to compare with: WIDTH,HEIGHT,FLANGE,WEB in mm
     #[arg(long, value_name = "MM,MM,MM,MM", value_delimiter = ',', num_args = 1, requires = "modulus")]
     section: Vec<f64>,
@@ -72,6 +79,15 @@ enum GravityArg {
     Hanging,
     /// Left out
     None,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, ValueEnum)]
+enum MethodArg {
+    /// Levenberg and Marquardt on everything at once, with intervals
+    #[default]
+    LeastSquares,
+    /// Bayesian optimisation of (3.1), as in the thesis: no intervals
+    Bayes,
 }
 
 #[derive(Serialize)]
@@ -99,6 +115,7 @@ impl Backbone {
                 GravityArg::Hanging => Gravity::Hanging,
                 GravityArg::None => Gravity::None,
             },
+            method: self.method()?,
         };
         let found = identify(&robot, &read(&fit)?, &read(&held_out)?, options).map_err(Report::from)?;
         let files = IDENTIFIED.fill(&common.out, self.overwrite, |out| self.save(&robot, &found, out))?;
@@ -114,9 +131,28 @@ impl Backbone {
                 hinge.field
             ));
         }
+        if found.evaluations.is_some() {
+            say(
+                "Bayesian optimisation gives no intervals: the file's spreads are kept; --method least-squares has them",
+            );
+        }
         print(&format!("written: {}, {}", files[0].display(), files[1].display()));
         print(&format!("use it: scram sim --robot {}", files[0].display()));
         Ok(())
+    }
+
+    fn method(&self) -> Result<Method, Failure> {
+        match self.method {
+            MethodArg::LeastSquares if self.evaluations.is_some() => Err(Failure::Usage(miette!(
+                help = "--method bayes --evaluations N",
+                "--evaluations is for --method bayes: least squares ends by itself"
+            ))),
+            MethodArg::LeastSquares => Ok(Method::LeastSquares),
+            MethodArg::Bayes => {
+                let evaluations = self.evaluations.unwrap_or(Search::default().evaluations);
+                Ok(Method::Bayes(Search { seed: self.common.seed, evaluations }))
+            }
+        }
     }
 
     /// Runs to fit and to judge by.
@@ -172,7 +208,8 @@ fn numbers(fit: &BackboneFit, section: Option<[f64; 3]>) -> String {
     }
     let rows = fit.hinges.iter().zip(FIELDS).enumerate().map(|(k, (hinge, field))| {
         let found = if hinge.told { short(hinge.value) } else { "not told".to_owned() };
-        let interval = format!("{} … {}", short(hinge.low), short(hinge.high));
+        let interval =
+            hinge.interval.map_or_else(|| "–".to_owned(), |one| format!("{} … {}", short(one.low), short(one.high)));
         let mut row = vec![field.to_owned(), found, interval, short(hinge.file)];
         if let Some(section) = section {
             row.push(section.get(k).map_or_else(|| "–".to_owned(), |value| short(*value)));
@@ -180,6 +217,11 @@ fn numbers(fit: &BackboneFit, section: Option<[f64; 3]>) -> String {
         row
     });
     table::columns(&header, rows)
+}
+
+fn simulated(fit: &BackboneFit) -> String {
+    let tried = fit.evaluations.map_or_else(String::new, |sets| format!(", for {sets} sets of the six numbers"));
+    format!("{} oscillations{tried}", fit.simulated)
 }
 
 fn facts(fit: &BackboneFit) -> String {
@@ -190,14 +232,20 @@ fn facts(fit: &BackboneFit) -> String {
         .zip(["x", "y", "z"])
         .filter_map(|(noise, axis)| noise.map(|n| format!("{axis} {}", deg(n))));
     let noise = axes.collect::<Vec<_>>().join(", ");
+    let error = match fit.evaluations {
+        Some(_) => deg(fit.error_rad),
+        None => format!("{}; the noise alone makes {}", deg(fit.error_rad), deg(fit.floor_rad)),
+    };
     let mut rows = vec![
         (
             "used",
             format!("{} angles of {} runs", fit.samples, fit.tracks.iter().filter(|track| !track.held_out).count()),
         ),
-        ("noise of one angle", noise),
-        ("error (3.1)", format!("{}; the noise alone makes {}", deg(fit.error_rad), deg(fit.floor_rad))),
+        // What Bayesian optimisation leaves may be more than noise.
+        (if fit.evaluations.is_some() { "left of one angle" } else { "noise of one angle" }, noise),
+        ("error (3.1)", error),
     ];
+    rows.push(("simulated", simulated(fit)));
     if fit.outliers > 0 {
         rows.push(("left out", format!("{} angles that lie far off", fit.outliers)));
     }
