@@ -11,6 +11,7 @@ sensor's gap; a drive's frequency is positive clockwise, as in the thesis.
 """
 
 from scram._scram import Actuation, Controller, Quantity, Recording, Robot, read, simulate
+from scram._speeds import captured_speeds
 from scram.batch import Batch, simulate_batch
 from scram.diagnosis import Cause, Diagnosis, WalkDiagnosis, diagnose, diagnose_walk
 from scram.errors import InputError, MissingFileError, ScramError
@@ -46,6 +47,7 @@ __all__ = [
     "RobotFit",
     "ScramError",
     "WalkDiagnosis",
+    "captured_speeds",
     "diagnose",
     "diagnose_walk",
     "identify_backbone",

@@ -18,6 +18,7 @@ __all__ = [
     "Recording",
     "Robot",
     "Sweep",
+    "captured_speeds",
     "diagnose",
     "diagnose_walk",
     "environment_defaults",
@@ -202,6 +203,18 @@ def identify_backbone(
     module: int | None,
     gravity: str,
 ) -> dict[str, Any]: ...
+def captured_speeds(
+    file: str,
+    *,
+    body: str | None,
+    rear: str | None,
+    ahead_deg: float,
+    window_s: tuple[float, float],
+    rate_hz: float | None,
+    mm_per_unit: float | None,
+    up: str | None,
+    columns: Sequence[tuple[str, str]],
+) -> tuple[float, float, float]: ...
 def identify_robot(
     robot: Robot,
     measured: str | npt.NDArray[np.float64],

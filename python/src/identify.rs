@@ -6,7 +6,7 @@ use ::diagnose::{Known, Options, identify_motor as motor};
 use ::identify::backbone::{self, Gravity, Oscillation, identify as backbone_fit};
 use ::identify::capture;
 use ::identify::potentiometer::{potentiometer, second_potentiometer};
-use ::identify::robot::{self as walk, Held};
+use ::identify::robot::{self as walk, Held, Placement};
 use miette::Diagnostic;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use plot::{oscillation_svg, residual_svg, speeds_svg, under_title};
@@ -202,4 +202,47 @@ pub fn identify_robot<'py>(
     let found = found.map_err(refused)?;
     let svg = speeds_svg(&found.conditions).map_err(|error| failed(&error))?;
     result(py, &found, &svg, robot.with(found.document.clone())?)
+}
+
+/// Mean speeds of a robot that was filmed: longitudinal and lateral, mm/s, and yaw, °/s.
+#[pyfunction]
+#[pyo3(signature = (file, *, body, rear, ahead_deg, window_s, rate_hz, mm_per_unit, up, columns))]
+#[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+pub fn captured_speeds(
+    py: Python<'_>,
+    file: PathBuf,
+    body: Option<String>,
+    rear: Option<String>,
+    ahead_deg: f64,
+    window_s: (f64, f64),
+    rate_hz: Option<f64>,
+    mm_per_unit: Option<f64>,
+    up: Option<&str>,
+    columns: Vec<(String, String)>,
+) -> PyResult<(f64, f64, f64)> {
+    let up = match up {
+        None => None,
+        Some("y") => Some(capture::Up::Y),
+        Some("z") => Some(capture::Up::Z),
+        Some(other) => return Err(InputError::new_err(format!("up is y or z, not `{other}`"))),
+    };
+    let (from_s, to_s) = window_s;
+    if !(from_s >= 0.0 && to_s > from_s) {
+        return Err(InputError::new_err("window_s is two times in s, the second one later"));
+    }
+    let options = capture::Options { rate_hz, metres: mm_per_unit.map(|mm| 1e-3 * mm), up, columns };
+    let unusable = |error| unusable_file(&file, &error);
+    let read = py.detach(|| capture::read(&file, &options)).map_err(unusable)?;
+    let body = read.body(body.as_deref()).map_err(unusable)?;
+    let rear = rear.as_deref().map(|name| read.body(Some(name))).transpose().map_err(unusable)?;
+    let placement = Placement { ahead_rad: ahead_deg.to_radians() };
+    let Some([ahead, left, yaw]) = walk::speeds(body, rear, placement, from_s, to_s) else {
+        return Err(InputError::new_err(format!(
+            "{}: `{}` is not seen with a heading from {from_s} s to {to_s} s\n  help: name a rigid body, or two points by body and rear; \
+             window_s says which times count",
+            file.display(),
+            body.name
+        )));
+    };
+    Ok((ahead, left, yaw))
 }

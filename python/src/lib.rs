@@ -27,7 +27,7 @@ mod _scram {
     #[pymodule_export]
     use super::diagnose::{diagnose, diagnose_walk};
     #[pymodule_export]
-    use super::identify::{identify_backbone, identify_motor, identify_potentiometer, identify_robot};
+    use super::identify::{captured_speeds, identify_backbone, identify_motor, identify_potentiometer, identify_robot};
     #[pymodule_export]
     use super::peer::{peer_batch, peer_walk};
     #[pymodule_export]

@@ -137,3 +137,24 @@ def test_speeds_that_tell_nothing_are_refused(root: Path) -> None:
     one = {name: [1.0] for name in ("f_hz", "alpha_deg", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s")}
     with pytest.raises(scram.InputError, match="conditions with a speed"):
         scram.identify_robot(robot, one)
+
+
+def test_speeds_come_from_a_capture(tmp_path: Path) -> None:
+    table = tmp_path / "run.csv"
+    # Along a heading of 30 degrees at 10 mm/s, and 3 mm/s to its left; it turns by 4 degrees a second.
+    turned = np.deg2rad(30.0)
+    lines = ["Time,x_mm,y_mm,yaw_deg"]
+    for t_s in np.arange(0.0, 2.005, 0.01):
+        ahead, left = 10.0 * t_s, 3.0 * t_s
+        x, y = ahead * np.cos(turned) - left * np.sin(turned), ahead * np.sin(turned) + left * np.cos(turned)
+        # It begins to turn when it is first looked at.
+        lines.append(f"{t_s},{x},{y},{30.0 + 4.0 * max(0.0, t_s - 0.5)}")
+    table.write_text("\n".join(lines))
+    found = scram.captured_speeds(table, window_s=(0.5, 2.0), columns={"t_s": "Time"})
+    assert found == pytest.approx((10.0, 3.0, 4.0), abs=1e-6)
+    with pytest.raises(scram.InputError, match="is not seen with a heading from 1 s to 5 s"):
+        scram.captured_speeds(table, window_s=(1.0, 5.0), columns={"t_s": "Time"})
+    with pytest.raises(scram.InputError, match="window_s is two times"):
+        scram.captured_speeds(table, window_s=(2.0, 1.0))
+    with pytest.raises(scram.MissingFileError):
+        scram.captured_speeds(tmp_path / "no.csv")
