@@ -160,7 +160,9 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
         let missed: Vec<String> = some
             .iter()
             .filter(|one| !one.right())
-            .map(|one| format!("{} {}: {} {}", one.number, one.hidden, one.verdict.word(), one.names()))
+            .map(|one| {
+                format!("{} {}: {} {}", one.number, one.hidden, one.verdict.word(), one.names()).trim_end().to_owned()
+            })
             .collect();
         let told = if missed.is_empty() { String::new() } else { format!("; missed: {}", missed.join("; ")) };
         let alone = if kind == "effect" { format!(", {alone} of them alone") } else { String::new() };
