@@ -8,13 +8,16 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// A model that is right is called inadequate in so many of a hundred tables by each of the two tests.
 const REJECTED: f64 = 0.01;
-/// Sets drawn about the most probable one, to see how far it knows what it has not been fitted to.
+/// Sets drawn about the most probable one, to see how far it knows what it has not been fitted to, ...
 const DRAWN: usize = 24;
+/// ... and so near to it, in deviations of what is probable, that only a gait that jumps changes its speeds.
+const NEAR: f64 = 0.1;
 
 /// Two tests of what a model leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adequacy {
-    /// Root mean square of the fitted means' deviations, in units of what the means are known to, the numbers' freedom given back.
+    /// Root mean square of the fitted means' deviations, in units of what the means are known to and, where a gait jumps, can be foreseen
+    /// to, the numbers' freedom given back.
     pub misfit: f64,
     /// How probable such a misfit is, or a larger one, if the model is right.
     pub fitted: f64,
@@ -33,11 +36,16 @@ impl Adequacy {
         let freedom = freedom(best);
         let spoken = posterior.speeds(std::slice::from_ref(&best.point))?.pop().flatten();
         let Some(speeds) = spoken else { return Err(RobotError::CannotRun("a run blew up".into())) };
-        let mean_square = posterior.deviations(&speeds).norm_squared() / freedom;
-        let held_out = match best.covariance() {
-            Some(covariance) => held_out(posterior, &best.point, (&speeds, covariance), draws)?,
-            None => None,
+        let root = best.covariance().and_then(|covariance| Some(Cholesky::new(covariance)?.l()));
+        let off = posterior.deviations(&speeds);
+        let (jumps, held_out) = match root {
+            Some(root) => (
+                jumps(posterior, &best.point, (&off, &root), draws)?,
+                held_out(posterior, &best.point, (&speeds, &root), draws)?,
+            ),
+            None => (DVector::zeros(off.len()), None),
         };
+        let mean_square = off.zip_map(&jumps, |off, jump| off * off / (1.0 + jump)).sum() / freedom;
         Ok(Self {
             misfit: mean_square.sqrt(),
             fitted: beyond(mean_square, freedom, posterior.table.repeated()),
@@ -59,16 +67,33 @@ fn tail_of_square(square: f64, freedom: f64) -> f64 {
     ChiSquared::new(freedom).map_or(0.0, |chi| chi.sf(square))
 }
 
+/// Sets about the most probable one, a share of what is probable away.
+fn about(best: &DVector<f64>, root: &DMatrix<f64>, share: f64, draws: &mut Stream) -> Vec<DVector<f64>> {
+    (0..DRAWN).map(|_| best + share * root * DVector::from_fn(best.len(), |_, _| draws.normal())).collect()
+}
+
+/// Mean squares by which the fitted means' deviations change beside the most probable set, next to nothing where a gait is steady: a
+/// speed that hangs on the last digit of the numbers cannot be foreseen better, whatever the model.
+fn jumps(
+    posterior: &mut Posterior,
+    best: &DVector<f64>,
+    (off, root): (&DVector<f64>, &DMatrix<f64>),
+    draws: &mut Stream,
+) -> Result<DVector<f64>, RobotError> {
+    let speeds = posterior.speeds(&about(best, root, NEAR, draws))?;
+    let drawn: Vec<_> = speeds.iter().flatten().map(|speeds| posterior.deviations(speeds) - off).collect();
+    let sum = drawn.iter().fold(DVector::zeros(off.len()), |sum: DVector<f64>, one| sum + one.component_mul(one));
+    Ok(sum / drawn.len().max(1) as f64)
+}
+
 /// Mahalanobis's distance of the held-out means from what the model foresees, with what its numbers leave open.
 fn held_out(
     posterior: &mut Posterior,
     best: &DVector<f64>,
-    (speeds, covariance): (&[f64], DMatrix<f64>),
+    (speeds, root): (&[f64], &DMatrix<f64>),
     draws: &mut Stream,
 ) -> Result<Option<f64>, RobotError> {
-    let Some(root) = Cholesky::new(covariance) else { return Ok(None) };
-    let points: Vec<DVector<f64>> =
-        (0..DRAWN).map(|_| best + root.l() * DVector::from_fn(best.len(), |_, _| draws.normal())).collect();
+    let points = about(best, root, 1.0, draws);
     let off = posterior.table.deviations_where(speeds, true);
     if off.is_empty() {
         return Ok(None);
