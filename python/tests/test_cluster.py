@@ -168,6 +168,11 @@ def test_wrong_commands_say_what_is_wrong(
         cluster.read_commands("commands", files)
 
 
+def test_a_command_without_a_core_is_refused() -> None:
+    with pytest.raises(scram.InputError, match="1 core or more, not 0"):
+        cluster.read_commands("commands", cores=0)
+
+
 @pytest.mark.usefixtures("on_the_path")
 def test_a_node_with_another_version_refuses(tmp_path: Path) -> None:
     other = cluster.Commands((("scram", "sim"),), (), versions=(("scram", "scram 0.0.0"),))

@@ -12,6 +12,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from scram.cluster._pool import Files, Pool, connected, say, unpacked
@@ -37,13 +38,18 @@ class Commands:
     versions: tuple[tuple[str, str], ...] = ()
     """What each program says of its version on the driver's machine."""
 
-    def about(self, number: int) -> str:
-        """What the result of a command depends on, as a digest."""
-        digest = hashlib.sha256(json.dumps([self.lines[number], self.versions]).encode())
+    @cached_property
+    def _files_digest(self) -> str:
+        """Of hundreds of megabytes: once for all commands."""
+        digest = hashlib.sha256()
         for name, content in self.files:
             digest.update(f"\n{name} {len(content)}\n".encode())
             digest.update(content)
         return digest.hexdigest()
+
+    def about(self, number: int) -> str:
+        """What the result of a command depends on, as a digest."""
+        return hashlib.sha256(json.dumps([self.lines[number], self.versions, self._files_digest]).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -66,10 +72,12 @@ def read_commands(file: str | Path, files: Sequence[str | Path] = (), *, cores: 
     Raises
     ------
     InputError
-        A line cannot be split into words, there is none, or a file is not below the current directory.
+        A line cannot be split into words, there is none, a file is not below the current directory, or ``cores`` is below 1.
     MissingFileError
         There is no such file.
     """
+    if cores < 1:
+        raise InputError(f"a command needs 1 core or more, not {cores}")
     if not Path(file).is_file():
         raise MissingFileError(f"{file}: no such file\n  help: a text file with one command a line is expected")
     lines = []

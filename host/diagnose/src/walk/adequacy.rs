@@ -45,7 +45,7 @@ impl Adequacy {
             ),
             None => (DVector::zeros(off.len()), None),
         };
-        let mean_square = off.zip_map(&jumps, |off, jump| off * off / (1.0 + jump)).sum() / freedom;
+        let mean_square = square_beyond(&off, &jumps) / freedom;
         Ok(Self {
             misfit: mean_square.sqrt(),
             fitted: beyond(mean_square, freedom, posterior.table.repeated()),
@@ -86,6 +86,11 @@ fn jumps(
     Ok(sum / drawn.len().max(1) as f64)
 }
 
+/// Square of deviations of which each is known to 1, and foreseen to what its gait jumps by.
+fn square_beyond(off: &DVector<f64>, jumps: &DVector<f64>) -> f64 {
+    off.zip_map(jumps, |off, jump| off * off / (1.0 + jump)).sum()
+}
+
 /// Mahalanobis's distance of the held-out means from what the model foresees, with what its numbers leave open.
 fn held_out(
     posterior: &mut Posterior,
@@ -124,5 +129,12 @@ mod tests {
         assert!((beyond(2.02, 40.0, Some(48)) - 0.01).abs() < 5e-4, "{}", beyond(2.02, 40.0, Some(48)));
         assert!((beyond(63.69 / 40.0, 40.0, None) - 0.01).abs() < 1e-4);
         assert!(beyond(1.0, 40.0, None) > 0.4 && beyond(1e9, 3.0, Some(1)) < 1e-3);
+    }
+
+    #[test]
+    fn a_deviation_counts_less_where_a_gait_jumps_as_far() {
+        let off = DVector::from_vec(vec![1.0, -8.0]);
+        assert_eq!(square_beyond(&off, &DVector::from_vec(vec![0.0, 63.0])), 2.0);
+        assert_eq!(square_beyond(&off, &DVector::zeros(2)), off.norm_squared());
     }
 }

@@ -6,11 +6,10 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::models::Screened;
+use super::place::stands_out;
 
 /// The effect whose numbers are a foot's each.
 const FRICTION: &str = "foot_friction";
-/// A foot is pointed to where chance does so once in twenty tables.
-const POINTED: f64 = 0.05;
 
 /// A foot, and what the speeds say of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +22,14 @@ pub struct FootPlace {
     pub deviations: f64,
     /// How probable such a share is, or one farther from 1, if nothing is wrong with this foot.
     pub probability: f64,
+}
+
+impl FootPlace {
+    /// `left` or `right`, and the module's number.
+    #[must_use]
+    pub fn side_and_module(&self) -> (&str, &str) {
+        self.foot.split_once('_').unwrap_or((&self.foot, ""))
+    }
 }
 
 /// All feet that the speeds tell something of, the most suspicious first; `misfit` is what the file's model leaves in units of what the means
@@ -49,5 +56,5 @@ pub fn feet(screens: &[Screened], misfit: f64) -> Vec<FootPlace> {
 
 /// The first of some feet, if it is more than an accident among as many.
 pub fn pointed(feet: &[FootPlace]) -> Option<&FootPlace> {
-    feet.first().filter(|first| first.probability * (feet.len() as f64) < POINTED)
+    feet.first().filter(|first| stands_out(first.probability, feet.len()))
 }

@@ -8,7 +8,7 @@ use effects::Id;
 use hal_sim::random::{Source, Stream};
 use identify::least_squares::{Minimum, minimise};
 use identify::robot::{Numbers, Posterior, RobotError, Run, Search, Stage, Table, best_of, rough_minima};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use robot_file::edit::Document;
 
 use super::evidence::log_evidence;
@@ -315,9 +315,10 @@ impl Screened {
         let largest = largest.collect();
         let residuals = residuals.rows(0, rows).clone_owned();
         let own = (0..count).filter(|k| numbers.all[*k].is_of(effect));
+        let known = Cholesky::new(base.minimum.derivatives.tr_mul(&base.minimum.derivatives))?;
         let alone = own.filter_map(|k| {
             let slope = derivatives.view((0, k), (rows, 1)).column(0).clone_owned();
-            let (moved, deviations) = score(&slope, &residuals, &base.minimum)?;
+            let (moved, deviations) = score(&slope, &residuals, (&base.minimum.derivatives, &known))?;
             let number = &numbers.all[k];
             Some(Alone { path: number.path.clone(), value: number.at((start[k] + moved).clamp(-FAR, FAR)), deviations })
         });
@@ -329,10 +330,12 @@ impl Screened {
 
 /// How far one more number moves from a minimum, whose own numbers follow, and how many standard deviations that is; none where its
 /// derivatives by the deviations are those of the others.
-fn score(slope: &DVector<f64>, residuals: &DVector<f64>, base: &Minimum) -> Option<(f64, f64)> {
-    let rows = slope.len();
-    let towards = base.derivatives.rows(0, rows).tr_mul(slope);
-    let normal = Cholesky::new(base.derivatives.tr_mul(&base.derivatives))?;
+fn score(
+    slope: &DVector<f64>,
+    residuals: &DVector<f64>,
+    (derivatives, normal): (&DMatrix<f64>, &Cholesky<f64, Dyn>),
+) -> Option<(f64, f64)> {
+    let towards = derivatives.rows(0, slope.len()).tr_mul(slope);
     let all = slope.norm_squared();
     let information = all - towards.dot(&normal.solve(&towards));
     if information <= 1e-9 * all {

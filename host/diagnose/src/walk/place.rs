@@ -46,7 +46,12 @@ pub fn places(table: &Table, speeds: &[f64]) -> Vec<Place> {
 
 /// The first of some places, if it is more than an accident among as many.
 pub fn pointed(places: &[Place]) -> Option<&Place> {
-    places.first().filter(|first| first.probability * (places.len() as f64) < POINTED)
+    places.first().filter(|first| stands_out(first.probability, places.len()))
+}
+
+/// Whether the least of so many probabilities is more than an accident.
+pub fn stands_out(probability: f64, of: usize) -> bool {
+    probability * (of as f64) < POINTED
 }
 
 fn parts_of(f: f64, alpha: f64, part: usize) -> [(&'static str, String); 4] {

@@ -32,22 +32,14 @@ pub fn summary(diagnosis: &WalkDiagnosis) -> Vec<String> {
     lines.extend(diagnosis.place.as_ref().map(|place| format!("It is most clearly wrong {}.", whereabouts(place))));
     if diagnosis.verdict == Verdict::Unexplained {
         lines.extend(pointed(&diagnosis.feet).map(|foot| {
+            let (side, module) = foot.side_and_module();
+            let share = foot.share;
             format!(
-                "Of single feet, {} says most, with {:.2} of the ground's friction.",
-                foot_title(&foot.foot),
-                foot.share
+                "Of single feet, the {side} one of module {module} says most, with {share:.2} of the ground's friction."
             )
         }));
     }
     lines
-}
-
-/// `left_1` as "the left one of module 1".
-fn foot_title(foot: &str) -> String {
-    match foot.split_once('_') {
-        Some((side, module)) => format!("the {side} one of module {module}"),
-        None => foot.to_owned(),
-    }
 }
 
 fn named(causes: &[WalkCause]) -> String {

@@ -157,7 +157,7 @@ fn feet(feet: &[FootPlace]) -> String {
         return String::new();
     }
     let row = |one: &FootPlace| {
-        let (side, module) = one.foot.split_once('_').unwrap_or((&one.foot, ""));
+        let (side, module) = one.side_and_module();
         format!(
             "<tr><td>module {}, {}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
             escape(module),
