@@ -40,7 +40,7 @@ fn every_file_is_an_effect_of_its_name() {
 }
 
 /// Where effects are named besides their files, which of them, and why.
-const NAMED: [(&str, &[&str], &str); 14] = [
+const NAMED: [(&str, &[&str], &str); 15] = [
     ("robot-file/src/design/fill.rs", &["battery_sag"], "the firmware inverts what the supply does to a duty"),
     (
         "robot-file/src/design/mod.rs",
@@ -80,6 +80,11 @@ const NAMED: [(&str, &[&str], &str); 14] = [
         "host/identify/src/robot/numbers.rs",
         &["payload_offset", "foot_friction"],
         "what makes a robot uneven, with what is believed of it before its walk is fitted",
+    ),
+    (
+        "host/diagnose/src/walk/feet.rs",
+        &["foot_friction"],
+        "the friction of one foot after the other, where no effect explains the walk",
     ),
     ("host/learn/src/terrain.rs", &["ground_slope"], "a slope is one of the grounds that a robot is sent over"),
     ("hal-sim/src/body/walking.rs", &["gravity_tilt"], "a body on the ground has gravity of its own"),
