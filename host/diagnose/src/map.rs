@@ -244,6 +244,7 @@ pub fn runs(session: &Session) -> Vec<RunUse> {
             used: track.segments.iter().map(|segment| counts(segment.first..segment.last)).sum(),
             missing,
             blind: track.dropped,
+            unknown: track.unknown.iter().filter(|unknown| **unknown).count(),
             spikes: track.t.len() - missing - counts(0..track.t.len()),
             rollouts: track.segments.len(),
         }

@@ -137,6 +137,12 @@ impl Plant {
         Self { probe: Some(probe), ..self.clone() }
     }
 
+    /// The same with a sensor that shows where the shaft is.
+    #[must_use]
+    pub fn with_ideal_sensor(&self) -> Self {
+        Self { half_play: 0.0, held: 0.0, follows: false, bent: false, converter: None, ..self.clone() }
+    }
+
     /// What the sensor shows where the wiper stands at an angle, rad.
     #[inline]
     #[must_use]

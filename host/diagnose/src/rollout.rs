@@ -76,7 +76,7 @@ pub fn rollout(
 
 /// Angle and speed of the shaft at a segment's start. Where a run begins, a start's angle is what the sensor shows there, for how far
 /// the shaft is ahead nothing says yet.
-fn shaft_at_start(plant: &Plant, segment: &Segment, start: [f64; 2], hidden: &Hidden) -> [f64; 2] {
+pub fn shaft_at_start(plant: &Plant, segment: &Segment, start: [f64; 2], hidden: &Hidden) -> [f64; 2] {
     let ahead = if segment.linked { 0.0 } else { plant.ahead(hidden) };
     [start[0] + ahead, start[1]]
 }

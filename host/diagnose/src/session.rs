@@ -20,7 +20,7 @@ use super::{DiagnoseError, Options};
 use recording::Recording;
 
 /// Times that shaft and body are followed in turns: neither needs the other to be good.
-const SHAKES: usize = 5;
+const SHAKES: u64 = 5;
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
 const MOST_ROLLOUTS: usize = 1500;
 /// They are followed for this long in all at most, s: slowly sampled runs have long rollouts.
@@ -114,6 +114,23 @@ fn name_apart<'a>(runs: impl Iterator<Item = (&'a mut Track, &'a Recording)>) {
     }
 }
 
+/// Runs that are too short, or in which too little is known.
+fn too_few(tracks: &[Track], horizon_s: f64) -> DiagnoseError {
+    let (with, help) = if tracks.iter().any(|track| track.unknown.contains(&true)) {
+        (
+            "in which the readings say how the walking body pulls at the shaft",
+            "record longer runs, or runs at other frequencies, at which the robot's steps are alike",
+        )
+    } else {
+        ("with enough angle readings", "record longer runs; the angle must be there most of the time")
+    };
+    DiagnoseError::Recording {
+        run: tracks[0].name.clone(),
+        problem: format!("no five rollouts of {horizon_s:.2} s {with}"),
+        help: help.to_owned(),
+    }
+}
+
 impl Session {
     /// Makes runs ready, refits the file's own numbers, and measures the floor.
     pub fn open(
@@ -170,8 +187,10 @@ impl Session {
         if changed && session.drop_blind(&baseline, options)? {
             baseline = session.settle(&baseline);
         }
-        for _ in 0..if on_ground { SHAKES } else { 0 } {
-            session.pull(robot, &baseline)?;
+        for round in 0..if on_ground { SHAKES } else { 0 } {
+            session.pull(robot, &baseline, round, options)?;
+            // What the sensor showed in its blind arc is known the better, the better the pull is known.
+            let _ = session.drop_blind(&baseline, options)?;
             baseline = session.settle(&baseline);
         }
         Ok((session, baseline))
@@ -194,17 +213,18 @@ impl Session {
         })
     }
 
-    /// Works out how the body pulls at the shaft where a fit has that.
-    fn pull(&mut self, robot: &Robot, fit: &Fit) -> Result<(), DiagnoseError> {
+    /// Works out how the body pulls at the shaft where a fit has that, and leaves out where the readings do not say.
+    fn pull(&mut self, robot: &Robot, fit: &Fit, round: u64, options: &Options) -> Result<(), DiagnoseError> {
         let plant = fit.plant(&self.model);
-        ground::pull(robot, &plant, &mut self.fit)?;
-        ground::pull(robot, &plant, &mut self.held_out)?;
+        ground::pull(robot, &plant, &mut self.fit, self.horizon_s, self.fit_noise, round)?;
+        ground::pull(robot, &plant, &mut self.held_out, self.horizon_s, self.noise, round)?;
         let known = self.fit.iter().chain(&self.held_out);
         let read = self.arc.iter_mut().flat_map(|arc| arc.read.iter_mut().flatten());
         for (track, known) in read.zip(known) {
             track.load_torque.clone_from(&known.load_torque);
+            track.unknown.clone_from(&known.unknown);
         }
-        Ok(())
+        self.cut(options)
     }
 
     /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what
@@ -249,11 +269,7 @@ impl Session {
                 track.cut(Cut { horizon_s: self.horizon_s, most_segments });
             }
             if tracks.iter().map(|track| track.segments.len()).sum::<usize>() < 5 {
-                return Err(DiagnoseError::Recording {
-                    run: tracks[0].name.clone(),
-                    problem: format!("no five rollouts of {:.2} s with enough angle readings", self.horizon_s),
-                    help: "record longer runs; the angle must be there most of the time".to_owned(),
-                });
+                return Err(too_few(tracks, self.horizon_s));
             }
         }
         let window = self.horizon_s * 0.25;

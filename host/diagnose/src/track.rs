@@ -13,7 +13,7 @@ use recording::{AngleReading, Drive, Recording};
 /// A rollout needs at least this many readings.
 const FEWEST_READINGS: usize = 10;
 /// A step in time this many times the usual one ends a segment.
-const GAP: f64 = 4.0;
+pub const GAP: f64 = 4.0;
 
 /// One run.
 #[derive(Clone, Debug)]
@@ -48,6 +48,8 @@ pub struct Track {
     pub first_pose: Option<[f64; 3]>,
     /// Torque that a body on the ground has on the shaft from this sample to the next, N·m; empty on a bench.
     pub load_torque: Vec<f64>,
+    /// Samples around which the readings hardly say how that body pulls; empty where they do.
+    pub unknown: Vec<bool>,
     /// Time since the shaft stood or turned round, s.
     pub since_reversal: Vec<f64>,
     /// Which of all runs it is.
@@ -190,6 +192,7 @@ impl Track {
             current: if current.len() == n { current } else { Vec::new() },
             first_pose: recording.pose.iter().flatten().next().copied(),
             load_torque: Vec::new(),
+            unknown: Vec::new(),
             segments: Vec::new(),
             name,
         };
@@ -233,7 +236,9 @@ impl Track {
             let readings = self.weight[first..last].iter().filter(|&&weight| weight > 0.0).count();
             let long_enough = self.t[last - 1] - self.t[first] > 0.7 * cut.horizon_s;
             let hole = longest_hole(&self.weight[first..last]);
-            if long_enough && readings >= FEWEST_READINGS.max((last - first) / 4) && 2 * hole <= last - first {
+            let enough_read = readings >= FEWEST_READINGS.max((last - first) / 4) && 2 * hole <= last - first;
+            let unknown = self.unknown.get(first..last).is_some_and(|samples| samples.contains(&true));
+            if long_enough && enough_read && !unknown {
                 segments.push(Segment { first, last, linked: contiguous, whole: readings == last - first });
                 contiguous = true;
             } else {

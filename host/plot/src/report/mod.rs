@@ -379,10 +379,13 @@ fn limits(diagnosis: &Diagnosis) -> String {
 }
 
 fn data_used(diagnosis: &Diagnosis) -> String {
+    // Of a shaft on a bench nothing is to be said here.
+    let is_unknown = diagnosis.detail.runs.iter().any(|run| run.unknown > 0);
+    let where_unknown = |cell: String| if is_unknown { cell } else { String::new() };
     let row = |run: &RunUse| {
         format!(
             "<tr><td>{}</td><td>{}</td><td class=\"n\">{} s</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
-             <td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+             <td class=\"n\">{}</td><td class=\"n\">{}</td>{}<td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
             escape(&run.name),
             if run.held_out { "held out" } else { "fitted" },
             three(run.seconds),
@@ -390,6 +393,7 @@ fn data_used(diagnosis: &Diagnosis) -> String {
             run.used,
             run.missing,
             run.blind,
+            where_unknown(format!("<td class=\"n\">{}</td>", run.unknown)),
             run.spikes,
             run.rollouts
         )
@@ -406,7 +410,8 @@ fn data_used(diagnosis: &Diagnosis) -> String {
     format!(
         "<section><h2>Data used</h2><div class=\"scroll\"><table><thead><tr><th>run</th><th></th><th class=\"n\">length</th>\
          <th class=\"n\">samples</th><th class=\"n\">used</th><th class=\"n\">no reading</th>\
-         <th class=\"n\">of these in the blind arc</th><th class=\"n\">spikes left out</th><th class=\"n\">rollouts</th></tr></thead><tbody>{rows}</tbody></table></div></section>"
+         <th class=\"n\">of these in the blind arc</th>{}<th class=\"n\">spikes left out</th><th class=\"n\">rollouts</th></tr></thead><tbody>{rows}</tbody></table></div></section>",
+        where_unknown("<th class=\"n\">left out: the body's pull is unknown</th>".to_owned())
     )
 }
 

@@ -154,6 +154,7 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
         used: 6534,
         missing: 1440,
         blind: 310,
+        unknown: 0,
         spikes: 26,
         rollouts: 80,
     };

@@ -1,0 +1,53 @@
+//! A robot on the ground: the body that its shaft shakes pulls at the shaft.
+//!
+//! A recording with a pose is of a robot that walks. The file's body is moved by the shaft's own motion, as a model of the shaft
+//! follows the readings, from rest in the recording's first pose; the torque that this takes goes into the model of the shaft as a known
+//! one, sample by sample. A body that is another than the file's is a misfit like any other.
+//!
+//! Some gaits never repeat: two motions of the shaft that no sensor tells apart are soon two walks. So many bodies are moved, those that
+//! the readings speak for are followed ([`particles`]), and where bodies that nobody tells come to pull otherwise, the run takes no part in
+//! fits and judgements.
+
+mod body;
+mod motion;
+mod particles;
+#[cfg(test)]
+mod tests;
+
+use hal_sim::body::plan::PlanError;
+use rayon::prelude::*;
+use robot_file::robot::Robot;
+
+use super::DiagnoseError;
+use super::model::Plant;
+use super::track::Track;
+use particles::Pull;
+
+/// Works out anew how the body pulls at the shaft in those runs that are on the ground, whose rollouts have a length (s) and whose readings
+/// a mean square noise (rad²). Each `round` tries other bodies.
+///
+/// # Errors
+/// The file has no body, or one that cannot be built.
+pub fn pull(
+    robot: &Robot,
+    plant: &Plant,
+    tracks: &mut [Track],
+    horizon_s: f64,
+    noise: f64,
+    round: u64,
+) -> Result<(), DiagnoseError> {
+    tracks.par_iter_mut().try_for_each(|track| {
+        let Some(pose) = track.first_pose else { return Ok(()) };
+        let refused = |error: PlanError| DiagnoseError::Recording {
+            run: track.name.clone(),
+            problem: format!("it has a pose, and the file's body cannot be simulated: {error}"),
+            help: "give the file a [body], or leave the columns x_m, y_m and yaw_rad out for a shaft on a bench"
+                .to_owned(),
+        };
+        let seed = round << 32 | track.place as u64;
+        let Pull { torque, unknown } =
+            particles::pull(robot, plant, track, pose, (horizon_s, noise), seed).map_err(refused)?;
+        (track.load_torque, track.unknown) = (torque, unknown);
+        Ok(())
+    })
+}

@@ -1,0 +1,188 @@
+//! The body of a run, of many that the readings allow: a particle filter (Gordon, Salmond and Smith, Novel approach to
+//! nonlinear/non-Gaussian Bayesian state estimation, 1993).
+//!
+//! Each particle is a body that is moved by what the readings, drawn anew, are followed as. After each rollout the torques of all particles
+//! are compared by how well a model of the shaft then meets the readings, and those that meet them worse go on from where the better ones
+//! are. Bodies that always go on from where they are tell how well the readings determine the walk at all.
+
+use hal_sim::body::plan::PlanError;
+use nalgebra::DVector;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use robot_file::robot::Robot;
+
+use super::super::model::{Hidden, Plant};
+use super::super::rollout::{self, Normal2};
+use super::super::track::{Cut, Segment, Track};
+use super::body::Shaken;
+use super::motion::{Followed, ShaftMotion, follow};
+
+/// Bodies that are moved.
+const PARTICLES: usize = 12;
+/// Bodies beside them that nobody tells how well they do.
+const UNTOLD: usize = 6;
+/// A rollout that these move by more than this share of the noise's variance is left out.
+const MOST: f64 = 0.1;
+/// Readings are drawn with this many times their noise: what is wrong with all of them, such as the sensor's curve, is not in their
+/// scatter.
+const INFLATION: f64 = 2.0;
+/// Readings whose parabola is the first guess of a rollout's start, as a share of its length.
+const GUESS: f64 = 0.25;
+/// Times that starts are refined.
+const REFINED: usize = 3;
+
+/// How the body pulls at the shaft of a run.
+pub struct Pull {
+    /// Over each span between samples, N·m.
+    pub torque: Vec<f64>,
+    /// At which samples the readings hardly say.
+    pub unknown: Vec<bool>,
+}
+
+/// The pull of the file's body in a run that begins at rest in a pose; rollouts of a length (s) and the readings' mean square noise (rad²)
+/// tell the particles apart. The torque that the run has already stays where it suits the readings better as a whole: `seed` draws other
+/// particles each time.
+///
+/// # Errors
+/// The file has no body, or one that cannot be built.
+pub fn pull(
+    robot: &Robot,
+    plant: &Plant,
+    track: &Track,
+    pose: [f64; 3],
+    (horizon_s, noise): (f64, f64),
+    seed: u64,
+) -> Result<Pull, PlanError> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let followed = follow(plant, track);
+    let mut motions: Vec<Vec<ShaftMotion>> =
+        (1..PARTICLES).map(|_| follow(plant, &drawn(track, &followed, noise, &mut random)).motion).collect();
+    motions.push(followed.motion);
+    let mut bodies = Shaken::new(robot, &track.t, pose, motions[0][0].angle, PARTICLES)?;
+    let mut untold = Shaken::new(robot, &track.t, pose, motions[0][0].angle, UNTOLD)?;
+    let mut judge = Judge::new(plant, track, horizon_s);
+    let (mut torque, mut unknown) = (Vec::with_capacity(track.t.len()), vec![false; track.t.len()]);
+    let (mut best, mut misfit) = (0, 0.0);
+    for window in 0..judge.windows.len() {
+        let Segment { first, last, .. } = judge.windows[window];
+        torque.append(&mut bodies.advance(first, &motions).swap_remove(best));
+        let mut left = |torque: &Vec<f64>| judge.left(window, torque) / noise.sqrt();
+        let torques = bodies.advance(last, &motions);
+        let misfits: Vec<f64> = torques.iter().map(|torque| left(torque).norm_squared()).collect();
+        let _ = untold.advance(first, &motions[..UNTOLD]);
+        let untold: Vec<DVector<f64>> = untold.advance(last, &motions[..UNTOLD]).iter().map(left).collect();
+        unknown[first..last].fill(spread(&untold) > MOST * judge.track.read(&judge.windows[window]));
+        best = (0..PARTICLES).min_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
+        misfit += misfits[best];
+        torque.extend_from_slice(&torques[best]);
+        bodies.go_on_from(&resampled(&misfits, misfits[best], random.random()));
+    }
+    torque.append(&mut bodies.advance(track.t.len() - 1, &motions).swap_remove(best));
+    torque.push(0.0);
+    if judge.misfit(&track.load_torque).is_some_and(|known| known / noise < misfit) {
+        torque.clone_from(&track.load_torque);
+    }
+    Ok(Pull { torque, unknown })
+}
+
+/// By how much what particles leave differs from its mean: the mean sum of squares.
+fn spread(left: &[DVector<f64>]) -> f64 {
+    let count = left.len() as f64;
+    let mean = left.iter().sum::<DVector<f64>>() / count;
+    left.iter().map(|one| (one - &mean).norm_squared()).sum::<f64>() / count
+}
+
+/// The run with its readings drawn anew about what they are followed as.
+fn drawn(track: &Track, followed: &Followed, noise: f64, random: &mut Pcg64Mcg) -> Track {
+    let deviation = INFLATION * noise.sqrt();
+    let mut scatter = || deviation * Distribution::<f64>::sample(&StandardNormal, random);
+    let angle = |(read, followed): (&f64, &f64)| if read.is_nan() { f64::NAN } else { followed + scatter() };
+    Track { angle: track.angle.iter().zip(&followed.readings).map(angle).collect(), ..track.clone() }
+}
+
+/// Which particle each one goes on from, by misfits in units of the noise's variance: systematic resampling (Kitagawa 1996) from a number in
+/// 0 to 1, in which those that are taken stay where they are.
+fn resampled(misfits: &[f64], least: f64, from: f64) -> Vec<usize> {
+    let weights: Vec<f64> = misfits.iter().map(|misfit| (-0.5 * (misfit - least)).exp()).collect();
+    let share = weights.iter().sum::<f64>() / weights.len() as f64;
+    let upto = |sum: f64| (sum / share - from).ceil().max(0.0) as usize;
+    let mut sum = 0.0;
+    let taken: Vec<usize> = weights
+        .iter()
+        .map(|weight| {
+            let before = upto(sum);
+            sum += weight;
+            upto(sum) - before
+        })
+        .collect();
+    let mut spare = taken.iter().enumerate().flat_map(|(i, &count)| std::iter::repeat_n(i, count.saturating_sub(1)));
+    taken.iter().enumerate().map(|(i, &count)| if count > 0 { i } else { spare.next().unwrap_or(i) }).collect()
+}
+
+/// How well rollouts meet the readings under a torque of the body.
+struct Judge<'a> {
+    plant: &'a Plant,
+    /// With one rollout.
+    track: Track,
+    windows: Vec<Segment>,
+    /// As the torque that was known before has them.
+    starts: Vec<[f64; 2]>,
+    hidden: Vec<Hidden>,
+}
+
+impl<'a> Judge<'a> {
+    fn new(plant: &'a Plant, track: &Track, horizon_s: f64) -> Self {
+        let mut track = Track { unknown: Vec::new(), ..track.clone() };
+        track.cut(Cut { horizon_s, most_segments: usize::MAX });
+        track.load_torque.resize(track.t.len(), 0.0);
+        let mut starts = rollout::guess(&track, GUESS * horizon_s);
+        let hidden = rollout::refine(plant, &track, &mut starts, &[], REFINED).0.hidden;
+        let windows = std::mem::take(&mut track.segments);
+        Self { plant, track, windows, starts, hidden }
+    }
+
+    /// Sum of squares that all rollouts leave under a torque over all samples, rad²; `None` without one.
+    fn misfit(&mut self, torque: &[f64]) -> Option<f64> {
+        let spans: Option<Vec<&[f64]>> =
+            self.windows.iter().map(|one| torque.get(one.first..one.last.min(torque.len()))).collect();
+        let spans = spans.filter(|_| !torque.is_empty())?;
+        Some(spans.into_iter().enumerate().map(|(window, span)| self.left(window, span).norm_squared()).sum())
+    }
+
+    /// What a rollout leaves of the readings under a torque over its samples, its start refitted, rad.
+    fn left(&mut self, window: usize, torque: &[f64]) -> DVector<f64> {
+        let segment = self.windows[window];
+        let track = &mut self.track;
+        track.load_torque[segment.first..segment.first + torque.len()].copy_from_slice(torque);
+        track.segments = vec![segment];
+        let (start, hidden) = ([self.starts[window]], [self.hidden[window]]);
+        let rolled = rollout::rollout(self.plant, track, &start, Some(&hidden), false);
+        let columns = rollout::start_sensitivity(self.plant, track, &start, &rolled).map(DVector::from_vec);
+        let mut left = DVector::from_fn(segment.last - segment.first, |i, _| {
+            rollout::residual(track, &segment, segment.first + i, rolled.readings[i])
+        });
+        let mut normal = Normal2::default();
+        for i in (0..left.len()).filter(|i| track.weight[segment.first + i] > 0.0) {
+            normal.add(columns[0][i], columns[1][i], left[i]);
+        }
+        let step = normal.solve(normal.gradient);
+        for i in (0..left.len()).filter(|i| track.weight[segment.first + i] > 0.0) {
+            left[i] -= step[0] * columns[0][i] + step[1] * columns[1][i];
+        }
+        left
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::resampled;
+
+    #[test]
+    fn those_that_meet_the_readings_go_on() {
+        let alike = resampled(&[7.0; 5], 7.0, 0.3);
+        let one = resampled(&[900.0, 400.0, 3.0, 800.0], 3.0, 0.3);
+        let half = resampled(&[2.0, 900.0, 2.0, 900.0], 2.0, 0.3);
+        assert_eq!((alike, one, half), (vec![0, 1, 2, 3, 4], vec![2; 4], vec![0, 0, 2, 2]));
+    }
+}
