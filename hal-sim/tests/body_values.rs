@@ -108,3 +108,21 @@ fn single_precision_stays_near_double_in_flight() {
     assert!(worst > 0.0, "single precision is double");
     assert!(worst < 2e-5, "{worst} m apart");
 }
+
+#[test]
+fn a_body_made_another_goes_on_like_it_bit_for_bit() {
+    for settings in [settings(1e-4), single()] {
+        // More than stand side by side in one group.
+        let mut bodies = Ensemble::new(&vec![plan(0); 9], settings).unwrap();
+        let mut drives: Vec<Drive> = (0..9).map(|i| Drive::Phase { speed: TAU * (6.0 + 0.2 * i as f64) }).collect();
+        bodies.advance(1234, &drives);
+        let (one, kept) = (bodies.snapshot(8), bodies.snapshot(2));
+        bodies.copy(1, 8);
+        assert_eq!((bodies.snapshot(1), bodies.snapshot(2)), (one, kept));
+        drives[1] = drives[8];
+        bodies.advance(500, &drives);
+        assert_eq!(bodies.snapshot(1), bodies.snapshot(8));
+        assert_eq!(bodies.load_torque(1).to_bits(), bodies.load_torque(8).to_bits());
+        assert_ne!(bodies.snapshot(2), bodies.snapshot(8));
+    }
+}

@@ -145,6 +145,12 @@ impl Ensemble {
         self.groups[i / self.together].put(i % self.together, coordinates);
     }
 
+    /// Makes body `i` what body `other` is, of the same plan: where it is, how it moves, and how its feet hold.
+    pub fn copy(&mut self, i: usize, other: usize) {
+        let state = self.groups[other / self.together].state(other % self.together);
+        self.groups[i / self.together].set_state(i % self.together, &state);
+    }
+
     /// Sets another body in the place of body `i`, at rest in its nominal pose, the eccentric at angle 0. What the others do does
     /// not change in a bit.
     ///

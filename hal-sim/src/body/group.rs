@@ -7,7 +7,7 @@ use fearless_simd::Simd;
 use super::coordinates::Coordinates;
 use super::drive::Drive;
 use super::lanes::{Kind, Store};
-use super::model::{Model, RotorState, State};
+use super::model::{BodyState, Model, RotorState, State};
 use super::plan::Plan;
 use super::rotor::RotorStep;
 use super::skeleton::{Skeleton, Vector};
@@ -23,6 +23,10 @@ pub(super) trait Group: Debug + Send + Sync {
     fn coordinates(&self, body: usize) -> Coordinates;
     /// Puts a body somewhere.
     fn put(&mut self, body: usize, coordinates: &Coordinates);
+    /// All that a body has.
+    fn state(&self, body: usize) -> BodyState;
+    /// Makes a body what one of the same shape is.
+    fn set_state(&mut self, body: usize, to: &BodyState);
     /// Sets another body in the place of one, at rest in its nominal pose; `plans` are all bodies', the new one's in its place.
     fn replace(&mut self, body: usize, plans: &[Plan]);
     /// A body's eccentric.
@@ -173,6 +177,14 @@ impl<K: Kind, S: Simd> Group for Lanewise<K, S> {
 
     fn put(&mut self, body: usize, coordinates: &Coordinates) {
         self.state.put(body, &self.skeletons[body], coordinates);
+    }
+
+    fn state(&self, body: usize) -> BodyState {
+        self.state.body(body)
+    }
+
+    fn set_state(&mut self, body: usize, to: &BodyState) {
+        self.state.set_body(body, to);
     }
 
     fn replace(&mut self, body: usize, plans: &[Plan]) {

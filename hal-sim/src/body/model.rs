@@ -245,6 +245,14 @@ impl<K: Kind> Model<K> {
     }
 }
 
+/// All that a body has, contacts and what the last step left included.
+#[derive(Clone, Debug)]
+pub struct BodyState {
+    /// Both lanes of each row.
+    rows: Vec<[f64; 2]>,
+    rotor: RotorState,
+}
+
 impl<K: Kind> State<K> {
     /// Of bodies with these coordinates, one for each lane pair.
     pub fn new(model: &Model<K>, skeletons: &[Skeleton], coordinates: &[Coordinates]) -> Self {
@@ -289,29 +297,48 @@ impl<K: Kind> State<K> {
 
     /// Takes everything that stands in these lanes, two a body, from another state of the same shape.
     pub fn take_lanes(&mut self, from: &Self, lanes: Range<usize>) {
-        let take = |to: &mut [K::Store], from: &[K::Store]| {
-            for (to, from) in to.iter_mut().zip(from) {
-                lanes.clone().for_each(|lane| to.set(lane, from.get(lane)));
-            }
-        };
-        take(&mut self.position, &from.position);
-        take(&mut self.orientation, &from.orientation);
-        take(&mut self.velocity, &from.velocity);
-        take(&mut self.angular_velocity, &from.angular_velocity);
-        self.acceleration.iter_mut().zip(&from.acceleration).for_each(|(to, from)| take(to, from));
-        for (to, from) in self.hinges.iter_mut().zip(&from.hinges) {
-            take(&mut to.angle, &from.angle);
-            take(&mut to.rate, &from.rate);
-            take(&mut to.acceleration, &from.acceleration);
-        }
-        for (to, from) in self.feet.iter_mut().flatten().zip(from.feet.iter().flatten()) {
-            take(&mut to.shear, &from.shear);
-            take(&mut to.velocity, &from.velocity);
-            take(&mut to.acceleration, &from.acceleration);
-            take(&mut to.force, &from.force);
+        for (to, from) in self.rows_mut().into_iter().zip(from.rows()) {
+            lanes.clone().for_each(|lane| to.set(lane, from.get(lane)));
         }
         let bodies = lanes.start / 2..lanes.end / 2;
         self.rotors[bodies.clone()].copy_from_slice(&from.rotors[bodies]);
+    }
+
+    /// All that a body has.
+    pub fn body(&self, body: usize) -> BodyState {
+        let lanes = |row: &K::Store| [row.get(2 * body), row.get(2 * body + 1)];
+        BodyState { rows: self.rows().into_iter().map(lanes).collect(), rotor: self.rotors[body] }
+    }
+
+    /// Makes a body what one of the same shape is.
+    pub fn set_body(&mut self, body: usize, to: &BodyState) {
+        for (row, [left, right]) in self.rows_mut().into_iter().zip(&to.rows) {
+            row.set(2 * body, *left);
+            row.set(2 * body + 1, *right);
+        }
+        self.rotors[body] = to.rotor;
+    }
+
+    /// Everything that stands in lanes, row after row.
+    fn rows(&self) -> Vec<&K::Store> {
+        let base = self.position.iter().chain(&self.orientation).chain(&self.velocity).chain(&self.angular_velocity);
+        let hinges = self.hinges.iter().flat_map(|one| one.angle.iter().chain(&one.rate).chain(&one.acceleration));
+        let feet = self.feet.iter().flatten();
+        let feet =
+            feet.flat_map(|one| one.shear.iter().chain(&one.velocity).chain(&one.acceleration).chain(&one.force));
+        base.chain(self.acceleration.iter().flatten()).chain(hinges).chain(feet).collect()
+    }
+
+    /// The same rows, in the same order.
+    fn rows_mut(&mut self) -> Vec<&mut K::Store> {
+        let base = self.position.iter_mut().chain(&mut self.orientation).chain(&mut self.velocity);
+        let base = base.chain(&mut self.angular_velocity).chain(self.acceleration.iter_mut().flatten());
+        let hinges = self.hinges.iter_mut();
+        let hinges = hinges.flat_map(|one| one.angle.iter_mut().chain(&mut one.rate).chain(&mut one.acceleration));
+        let feet = self.feet.iter_mut().flatten().flat_map(|one| {
+            one.shear.iter_mut().chain(&mut one.velocity).chain(&mut one.acceleration).chain(&mut one.force)
+        });
+        base.chain(hinges).chain(feet).collect()
     }
 
     /// A body's coordinates.

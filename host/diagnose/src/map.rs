@@ -244,7 +244,12 @@ pub fn runs(session: &Session) -> Vec<RunUse> {
             used: track.segments.iter().map(|segment| counts(segment.first..segment.last)).sum(),
             missing,
             blind: track.dropped,
-            unknown: track.unknown.iter().filter(|unknown| **unknown).count(),
+            pull_unknown: track
+                .pull_unknown
+                .iter()
+                .zip(&track.weight)
+                .filter(|(unknown, weight)| **unknown && **weight > 0.0)
+                .count(),
             spikes: track.t.len() - missing - counts(0..track.t.len()),
             rollouts: track.segments.len(),
         }

@@ -116,7 +116,7 @@ fn name_apart<'a>(runs: impl Iterator<Item = (&'a mut Track, &'a Recording)>) {
 
 /// Runs that are too short, or in which too little is known.
 fn too_few(tracks: &[Track], horizon_s: f64) -> DiagnoseError {
-    let (with, help) = if tracks.iter().any(|track| track.unknown.contains(&true)) {
+    let (with, help) = if tracks.iter().any(|track| track.pull_unknown.contains(&true)) {
         (
             "in which the readings say how the walking body pulls at the shaft",
             "record longer runs, or runs at other frequencies, at which the robot's steps are alike",
@@ -216,13 +216,18 @@ impl Session {
     /// Works out how the body pulls at the shaft where a fit has that, and leaves out where the readings do not say.
     fn pull(&mut self, robot: &Robot, fit: &Fit, round: u64, options: &Options) -> Result<(), DiagnoseError> {
         let plant = fit.plant(&self.model);
-        ground::pull(robot, &plant, &mut self.fit, self.horizon_s, self.fit_noise, round)?;
-        ground::pull(robot, &plant, &mut self.held_out, self.horizon_s, self.noise, round)?;
+        let runs = self.fit.iter_mut().map(|track| (track, self.fit_noise));
+        let runs = runs.chain(self.held_out.iter_mut().map(|track| (track, self.noise)));
+        ground::update_pull(robot, &plant, runs, self.horizon_s, round)?;
+        if round + 1 < SHAKES && self.cut(options).is_err() {
+            // A later round, with a better model, may know more.
+            self.fit.iter_mut().chain(&mut self.held_out).for_each(|track| track.pull_unknown.clear());
+        }
         let known = self.fit.iter().chain(&self.held_out);
         let read = self.arc.iter_mut().flat_map(|arc| arc.read.iter_mut().flatten());
         for (track, known) in read.zip(known) {
             track.load_torque.clone_from(&known.load_torque);
-            track.unknown.clone_from(&known.unknown);
+            track.pull_unknown.clone_from(&known.pull_unknown);
         }
         self.cut(options)
     }

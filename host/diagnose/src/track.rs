@@ -49,7 +49,7 @@ pub struct Track {
     /// Torque that a body on the ground has on the shaft from this sample to the next, N·m; empty on a bench.
     pub load_torque: Vec<f64>,
     /// Samples around which the readings hardly say how that body pulls; empty where they do.
-    pub unknown: Vec<bool>,
+    pub pull_unknown: Vec<bool>,
     /// Time since the shaft stood or turned round, s.
     pub since_reversal: Vec<f64>,
     /// Which of all runs it is.
@@ -192,7 +192,7 @@ impl Track {
             current: if current.len() == n { current } else { Vec::new() },
             first_pose: recording.pose.iter().flatten().next().copied(),
             load_torque: Vec::new(),
-            unknown: Vec::new(),
+            pull_unknown: Vec::new(),
             segments: Vec::new(),
             name,
         };
@@ -237,7 +237,7 @@ impl Track {
             let long_enough = self.t[last - 1] - self.t[first] > 0.7 * cut.horizon_s;
             let hole = longest_hole(&self.weight[first..last]);
             let enough_read = readings >= FEWEST_READINGS.max((last - first) / 4) && 2 * hole <= last - first;
-            let unknown = self.unknown.get(first..last).is_some_and(|samples| samples.contains(&true));
+            let unknown = self.pull_unknown.get(first..last).is_some_and(|samples| samples.contains(&true));
             if long_enough && enough_read && !unknown {
                 segments.push(Segment { first, last, linked: contiguous, whole: readings == last - first });
                 contiguous = true;

@@ -264,8 +264,8 @@ pub struct RunUse {
     pub missing: usize,
     /// Of these, readings that were dropped because they are from the potentiometer's blind arc.
     pub blind: usize,
-    /// Samples around which the readings hardly say how the walking body pulls at the shaft.
-    pub unknown: usize,
+    /// Readings that hardly say how the walking body pulls at the shaft.
+    pub pull_unknown: usize,
     /// Readings left out as spikes.
     pub spikes: usize,
     /// Rollouts cut from it.

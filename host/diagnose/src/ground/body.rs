@@ -6,11 +6,12 @@ use robot_file::robot::Robot;
 
 use super::motion::ShaftMotion;
 
-/// Bodies of one robot, moved side by side.
-pub struct Shaken<'a> {
+/// Bodies of one robot whose shafts are moved.
+pub struct DrivenBodies<'a> {
     bodies: Ensemble,
     /// When samples were taken, s.
     t: &'a [f64],
+    /// Angular momentum of the motor's rotor over the shaft's speed, kg·m².
     rotor_inertia: f64,
     /// Steps that were taken.
     steps: u32,
@@ -20,15 +21,15 @@ pub struct Shaken<'a> {
     torques: Vec<f64>,
 }
 
-impl<'a> Shaken<'a> {
+impl<'a> DrivenBodies<'a> {
     /// So many bodies, straight and at rest in a pose, the shafts at an angle (rad), where a run begins.
     ///
     /// # Errors
     /// The file has no body, or one that cannot be built.
-    pub fn new(robot: &Robot, t: &'a [f64], pose: [f64; 3], shaft: f64, count: usize) -> Result<Self, PlanError> {
+    pub fn new(robot: &Robot, t: &'a [f64], pose: [f64; 3], count: usize) -> Result<Self, PlanError> {
         let mut bodies = Ensemble::new(&vec![Plan::new(robot)?; count], Settings::default())?;
         for i in 0..count {
-            put(&mut bodies, i, pose, shaft);
+            put(&mut bodies, i, pose);
         }
         let rotor_inertia = robot.motor.rotor_inertia_kg_m2.value / robot.motor.gear_ratio.value;
         Ok(Self { bodies, t, rotor_inertia, steps: 0, at: 0, torques: vec![0.0; count] })
@@ -77,30 +78,23 @@ impl<'a> Shaken<'a> {
         }
     }
 
-    /// Each body goes on from where another one is.
+    /// Each body goes on as another one, which goes on as itself.
     pub fn go_on_from(&mut self, others: &[usize]) {
-        let moved = others.iter().enumerate().filter(|(i, other)| i != *other);
-        let states: Vec<_> = moved.map(|(i, &other)| (i, self.bodies.coordinates(other))).collect();
-        for (i, state) in states {
-            self.bodies.put(i, &state);
+        for (i, &other) in others.iter().enumerate().filter(|(i, other)| i != *other) {
+            self.bodies.copy(i, other);
+            self.torques[i] = self.torques[other];
         }
     }
 }
 
-/// Puts a body at rest where a recording begins, straight.
-fn put(bodies: &mut Ensemble, body: usize, pose: [f64; 3], rotor_angle: f64) {
-    let mut coordinates = bodies.coordinates(body);
+/// Puts a body in its nominal pose where it has another one: x and y, m, and heading, rad.
+fn put(bodies: &mut Ensemble, body: usize, pose: [f64; 3]) {
     let nominal = bodies.snapshot(body);
-    let [x, y, _] = nominal.centroid();
-    let turned = pose[2] - nominal.heading();
-    let (sin, cos) = turned.sin_cos();
-    let [dx, dy] = [coordinates.position[0] - x, coordinates.position[1] - y];
-    coordinates.position[0] = pose[0] + cos * dx - sin * dy;
-    coordinates.position[1] = pose[1] + sin * dx + cos * dy;
-    let ((s, c), [w, i, j, k]) = ((0.5 * turned).sin_cos(), coordinates.orientation);
-    coordinates.orientation = [c * w - s * k, c * i - s * j, c * j + s * i, c * k + s * w];
-    coordinates.rotor_angle = rotor_angle;
-    bodies.put(body, &coordinates);
+    let ([x, y, _], turn) = (nominal.centroid(), pose[2] - nominal.heading());
+    let (sin, cos) = turn.sin_cos();
+    let displacement = [pose[0] - (cos * x - sin * y), pose[1] - (sin * x + cos * y)];
+    let carried = bodies.coordinates(body).carried(turn, displacement);
+    bodies.put(body, &carried);
 }
 
 /// The motion between two samples: Hermite's cubic through angles and speeds, the acceleration in proportion.
@@ -152,7 +146,7 @@ mod tests {
         let nominal = Ensemble::new(&[Plan::new(&robot).unwrap()], Settings::default()).unwrap().snapshot(0);
         let [x, y, _] = nominal.centroid();
         let motions = [differentiated(&t, &angles)];
-        let mut body = Shaken::new(&robot, &t, [x, y, nominal.heading()], angles[0], 1).unwrap();
+        let mut body = DrivenBodies::new(&robot, &t, [x, y, nominal.heading()], 1).unwrap();
         let again = body.advance(t.len() - 1, &motions).swap_remove(0);
         // Where a foot lands the torque jumps within a tick, of which the simulation shows the end and this the mean.
         let mut off: Vec<f64> =
@@ -166,10 +160,10 @@ mod tests {
     fn a_body_begins_in_the_recordings_first_pose() {
         let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml")).unwrap();
         let mut body = Ensemble::new(&[Plan::new(&robot).unwrap()], Settings::default()).unwrap();
-        put(&mut body, 0, [0.3, -0.2, 2.0], 1.0);
+        put(&mut body, 0, [0.3, -0.2, 2.0]);
         let begun = body.snapshot(0);
         let [x, y, _] = begun.centroid();
-        let off = [x - 0.3, y + 0.2, wrap(begun.heading() - 2.0), body.coordinates(0).rotor_angle - 1.0];
+        let off = [x - 0.3, y + 0.2, wrap(begun.heading() - 2.0)];
         assert!(off.iter().all(|off| off.abs() < 1e-9), "{off:?}");
     }
 }

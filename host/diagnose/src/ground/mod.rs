@@ -5,8 +5,8 @@
 //! one, sample by sample. A body that is another than the file's is a misfit like any other.
 //!
 //! Some gaits never repeat: two motions of the shaft that no sensor tells apart are soon two walks. So many bodies are moved, those that
-//! the readings speak for are followed ([`particles`]), and where bodies that nobody tells come to pull otherwise, the run takes no part in
-//! fits and judgements.
+//! the readings speak for are followed ([`particles`]), and where bodies that nobody guides come to pull otherwise, rollouts take no
+//! part in fits and judgements.
 
 mod body;
 mod motion;
@@ -24,19 +24,19 @@ use super::track::Track;
 use particles::Pull;
 
 /// Works out anew how the body pulls at the shaft in those runs that are on the ground, whose rollouts have a length (s) and whose readings
-/// a mean square noise (rad²). Each `round` tries other bodies.
+/// each a mean square noise (rad²). Each `round` tries other bodies.
 ///
 /// # Errors
 /// The file has no body, or one that cannot be built.
-pub fn pull(
+pub fn update_pull<'a>(
     robot: &Robot,
     plant: &Plant,
-    tracks: &mut [Track],
+    runs: impl Iterator<Item = (&'a mut Track, f64)>,
     horizon_s: f64,
-    noise: f64,
     round: u64,
 ) -> Result<(), DiagnoseError> {
-    tracks.par_iter_mut().try_for_each(|track| {
+    let runs: Vec<(&mut Track, f64)> = runs.collect();
+    runs.into_par_iter().try_for_each(|(track, noise)| {
         let Some(pose) = track.first_pose else { return Ok(()) };
         let refused = |error: PlanError| DiagnoseError::Recording {
             run: track.name.clone(),
@@ -46,8 +46,8 @@ pub fn pull(
         };
         let seed = round << 32 | track.place as u64;
         let Pull { torque, unknown } =
-            particles::pull(robot, plant, track, pose, (horizon_s, noise), seed).map_err(refused)?;
-        (track.load_torque, track.unknown) = (torque, unknown);
+            particles::estimate(robot, plant, track, pose, (horizon_s, noise), seed).map_err(refused)?;
+        (track.load_torque, track.pull_unknown) = (torque, unknown);
         Ok(())
     })
 }

@@ -85,11 +85,12 @@ fn shaft_angles(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &Roll
 fn rollouts(track: &Track) -> Vec<Segment> {
     let read = |k: usize| track.weight[k] > 0.0;
     let (end, usual) = (track.t.len(), track.usual_step());
+    let length = ROLLOUT_S.max(FEWEST as f64 * usual);
     let cut_before = |k: usize| k > 0 && track.t[k] - track.t[k - 1] >= GAP * usual;
     let mut segments: Vec<Segment> = Vec::new();
     let Some(mut first) = (0..end).find(|&k| read(k)) else { return segments };
     while first < end {
-        let long = |k: usize| track.t[k] - track.t[first] >= ROLLOUT_S - 0.5 * usual;
+        let long = |k: usize| track.t[k] - track.t[first] >= length - 0.5 * usual;
         let last = (first + 1..end).find(|&k| cut_before(k) || long(k) && read(k)).unwrap_or(end);
         let readings = (first..last).filter(|&k| read(k)).count();
         let linked = !segments.is_empty() && !cut_before(first);

@@ -15,17 +15,17 @@ use robot_file::robot::Robot;
 use super::super::model::{Hidden, Plant};
 use super::super::rollout::{self, Normal2};
 use super::super::track::{Cut, Segment, Track};
-use super::body::Shaken;
+use super::body::DrivenBodies;
 use super::motion::{Followed, ShaftMotion, follow};
 
-/// Bodies that are moved.
+/// Bodies that are moved: twice as many left as much unexplained of three sets of walks.
 const PARTICLES: usize = 12;
 /// Bodies beside them that nobody tells how well they do.
-const UNTOLD: usize = 6;
+const UNGUIDED: usize = 6;
 /// A rollout that these move by more than this share of the noise's variance is left out.
-const MOST: f64 = 0.1;
+const MOST_SPREAD: f64 = 0.1;
 /// Readings are drawn with this many times their noise: what is wrong with all of them, such as the sensor's curve, is not in their
-/// scatter.
+/// scatter. Once and three times were about as good.
 const INFLATION: f64 = 2.0;
 /// Readings whose parabola is the first guess of a rollout's start, as a share of its length.
 const GUESS: f64 = 0.25;
@@ -36,7 +36,7 @@ const REFINED: usize = 3;
 pub struct Pull {
     /// Over each span between samples, N·m.
     pub torque: Vec<f64>,
-    /// At which samples the readings hardly say.
+    /// At which samples the readings hardly say, or were not asked.
     pub unknown: Vec<bool>,
 }
 
@@ -46,7 +46,7 @@ pub struct Pull {
 ///
 /// # Errors
 /// The file has no body, or one that cannot be built.
-pub fn pull(
+pub fn estimate(
     robot: &Robot,
     plant: &Plant,
     track: &Track,
@@ -59,20 +59,20 @@ pub fn pull(
     let mut motions: Vec<Vec<ShaftMotion>> =
         (1..PARTICLES).map(|_| follow(plant, &drawn(track, &followed, noise, &mut random)).motion).collect();
     motions.push(followed.motion);
-    let mut bodies = Shaken::new(robot, &track.t, pose, motions[0][0].angle, PARTICLES)?;
-    let mut untold = Shaken::new(robot, &track.t, pose, motions[0][0].angle, UNTOLD)?;
+    let mut bodies = DrivenBodies::new(robot, &track.t, pose, PARTICLES)?;
+    let mut unguided = DrivenBodies::new(robot, &track.t, pose, UNGUIDED)?;
     let mut judge = Judge::new(plant, track, horizon_s);
-    let (mut torque, mut unknown) = (Vec::with_capacity(track.t.len()), vec![false; track.t.len()]);
+    let (mut torque, mut unknown) = (Vec::with_capacity(track.t.len()), vec![true; track.t.len()]);
     let (mut best, mut misfit) = (0, 0.0);
     for window in 0..judge.windows.len() {
         let Segment { first, last, .. } = judge.windows[window];
         torque.append(&mut bodies.advance(first, &motions).swap_remove(best));
-        let mut left = |torque: &Vec<f64>| judge.left(window, torque) / noise.sqrt();
+        let mut left = |torque: &Vec<f64>| judge.residuals(window, torque) / noise.sqrt();
         let torques = bodies.advance(last, &motions);
-        let misfits: Vec<f64> = torques.iter().map(|torque| left(torque).norm_squared()).collect();
-        let _ = untold.advance(first, &motions[..UNTOLD]);
-        let untold: Vec<DVector<f64>> = untold.advance(last, &motions[..UNTOLD]).iter().map(left).collect();
-        unknown[first..last].fill(spread(&untold) > MOST * judge.track.read(&judge.windows[window]));
+        let misfits: Vec<f64> = torques.iter().map(|torque| finite(left(torque).norm_squared())).collect();
+        let _ = unguided.advance(first, &motions[..UNGUIDED]);
+        let unguided: Vec<DVector<f64>> = unguided.advance(last, &motions[..UNGUIDED]).iter().map(left).collect();
+        unknown[first..last].fill(spread(&unguided) > MOST_SPREAD * judge.track.read(&judge.windows[window]));
         best = (0..PARTICLES).min_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
         misfit += misfits[best];
         torque.extend_from_slice(&torques[best]);
@@ -84,6 +84,11 @@ pub fn pull(
         torque.clone_from(&track.load_torque);
     }
     Ok(Pull { torque, unknown })
+}
+
+/// A body that has blown up suits no readings.
+fn finite(misfit: f64) -> f64 {
+    if misfit.is_finite() { misfit } else { f64::MAX }
 }
 
 /// By how much what particles leave differs from its mean: the mean sum of squares.
@@ -101,7 +106,7 @@ fn drawn(track: &Track, followed: &Followed, noise: f64, random: &mut Pcg64Mcg) 
     Track { angle: track.angle.iter().zip(&followed.readings).map(angle).collect(), ..track.clone() }
 }
 
-/// Which particle each one goes on from, by misfits in units of the noise's variance: systematic resampling (Kitagawa 1996) from a number in
+/// Which particle each one goes on from, by misfits in units of the noise's variance: systematic resampling (Kitagawa, Monte Carlo filter and smoother, 1996) from a number in
 /// 0 to 1, in which those that are taken stay where they are.
 fn resampled(misfits: &[f64], least: f64, from: f64) -> Vec<usize> {
     let weights: Vec<f64> = misfits.iter().map(|misfit| (-0.5 * (misfit - least)).exp()).collect();
@@ -129,45 +134,59 @@ struct Judge<'a> {
     /// As the torque that was known before has them.
     starts: Vec<[f64; 2]>,
     hidden: Vec<Hidden>,
+    /// Sensitivity of the readings to the starts, windows end to end: it hardly hangs on the torque.
+    columns: [Vec<f64>; 2],
+    /// Where each window begins in them.
+    places: Vec<usize>,
 }
 
 impl<'a> Judge<'a> {
     fn new(plant: &'a Plant, track: &Track, horizon_s: f64) -> Self {
-        let mut track = Track { unknown: Vec::new(), ..track.clone() };
+        let mut track = Track { pull_unknown: Vec::new(), ..track.clone() };
         track.cut(Cut { horizon_s, most_segments: usize::MAX });
         track.load_torque.resize(track.t.len(), 0.0);
         let mut starts = rollout::guess(&track, GUESS * horizon_s);
-        let hidden = rollout::refine(plant, &track, &mut starts, &[], REFINED).0.hidden;
+        let (rolled, _) = rollout::refine(plant, &track, &mut starts, &[], REFINED);
+        let columns = rollout::start_sensitivity(plant, &track, &starts, &rolled);
         let windows = std::mem::take(&mut track.segments);
-        Self { plant, track, windows, starts, hidden }
+        let ends = windows.iter().scan(0, |end, window| {
+            *end += window.last - window.first;
+            Some(*end)
+        });
+        let places = std::iter::once(0).chain(ends).collect();
+        Self { plant, track, windows, starts, hidden: rolled.hidden, columns, places }
     }
 
     /// Sum of squares that all rollouts leave under a torque over all samples, rad²; `None` without one.
     fn misfit(&mut self, torque: &[f64]) -> Option<f64> {
-        let spans: Option<Vec<&[f64]>> =
-            self.windows.iter().map(|one| torque.get(one.first..one.last.min(torque.len()))).collect();
-        let spans = spans.filter(|_| !torque.is_empty())?;
-        Some(spans.into_iter().enumerate().map(|(window, span)| self.left(window, span).norm_squared()).sum())
+        if torque.is_empty() {
+            return None;
+        }
+        let windows = self.windows.clone();
+        let of = |(i, window): (usize, &Segment)| self.residuals(i, &torque[window.first..window.last]).norm_squared();
+        Some(windows.iter().enumerate().map(of).sum())
     }
 
     /// What a rollout leaves of the readings under a torque over its samples, its start refitted, rad.
-    fn left(&mut self, window: usize, torque: &[f64]) -> DVector<f64> {
+    fn residuals(&mut self, window: usize, torque: &[f64]) -> DVector<f64> {
         let segment = self.windows[window];
         let track = &mut self.track;
         track.load_torque[segment.first..segment.first + torque.len()].copy_from_slice(torque);
         track.segments = vec![segment];
         let (start, hidden) = ([self.starts[window]], [self.hidden[window]]);
         let rolled = rollout::rollout(self.plant, track, &start, Some(&hidden), false);
-        let columns = rollout::start_sensitivity(self.plant, track, &start, &rolled).map(DVector::from_vec);
+        let place = self.places[window];
+        let columns = [0, 1].map(|axis| &self.columns[axis][place..place + segment.last - segment.first]);
         let mut left = DVector::from_fn(segment.last - segment.first, |i, _| {
             rollout::residual(track, &segment, segment.first + i, rolled.readings[i])
         });
         let mut normal = Normal2::default();
-        for i in (0..left.len()).filter(|i| track.weight[segment.first + i] > 0.0) {
+        let read: Vec<usize> = (0..left.len()).filter(|i| track.weight[segment.first + i] > 0.0).collect();
+        for &i in &read {
             normal.add(columns[0][i], columns[1][i], left[i]);
         }
         let step = normal.solve(normal.gradient);
-        for i in (0..left.len()).filter(|i| track.weight[segment.first + i] > 0.0) {
+        for &i in &read {
             left[i] -= step[0] * columns[0][i] + step[1] * columns[1][i];
         }
         left

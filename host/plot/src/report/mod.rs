@@ -380,7 +380,7 @@ fn limits(diagnosis: &Diagnosis) -> String {
 
 fn data_used(diagnosis: &Diagnosis) -> String {
     // Of a shaft on a bench nothing is to be said here.
-    let is_unknown = diagnosis.detail.runs.iter().any(|run| run.unknown > 0);
+    let is_unknown = diagnosis.detail.runs.iter().any(|run| run.pull_unknown > 0);
     let where_unknown = |cell: String| if is_unknown { cell } else { String::new() };
     let row = |run: &RunUse| {
         format!(
@@ -393,7 +393,7 @@ fn data_used(diagnosis: &Diagnosis) -> String {
             run.used,
             run.missing,
             run.blind,
-            where_unknown(format!("<td class=\"n\">{}</td>", run.unknown)),
+            where_unknown(format!("<td class=\"n\">{}</td>", run.pull_unknown)),
             run.spikes,
             run.rollouts
         )

@@ -154,7 +154,7 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
         used: 6534,
         missing: 1440,
         blind: 310,
-        unknown: 0,
+        pull_unknown: if held_out { 427 } else { 0 },
         spikes: 26,
         rollouts: 80,
     };
@@ -290,6 +290,22 @@ fn every_verdict_is_one_well_formed_file_with_its_numbers() {
             12 + diagnosis.missing_terms.len()
         );
     }
+}
+
+#[test]
+fn what_was_left_out_of_a_walk_is_said_and_only_there() {
+    let mut diagnosis = sample(Verdict::Nothing);
+    let counted = |diagnosis: &Diagnosis| {
+        let page = html(diagnosis, &about());
+        let start = page.find("<h2>Data used").unwrap();
+        let table = &page[start..start + page[start..].find("</table>").unwrap()];
+        let rows = diagnosis.detail.runs.len();
+        assert_eq!(table.matches("<td").count(), rows * table.matches("<th class").count() + 2 * rows);
+        (table.contains("the body's pull is unknown"), table.contains(">427<"))
+    };
+    assert_eq!(counted(&diagnosis), (true, true));
+    diagnosis.detail.runs.iter_mut().for_each(|run| run.pull_unknown = 0);
+    assert_eq!(counted(&diagnosis), (false, false));
 }
 
 #[test]
