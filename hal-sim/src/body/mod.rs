@@ -25,5 +25,5 @@ pub use ground::Stretch;
 pub use plan::Plan;
 pub use snapshot::{Pose, Snapshot};
 pub use track::{Speeds, Track};
-pub use walking::{Walker, WalkingRobots};
+pub use walking::{Walker, WalkingRobots, rotor_inertia};
 pub use walls::Wall;

@@ -70,4 +70,12 @@ impl Snapshot {
         let (first, last) = (&self.modules[0].position, &self.modules[self.modules.len() - 1].position);
         (first[1] - last[1]).atan2(first[0] - last[0])
     }
+
+    /// What brings the centroid to a place on the ground (m), after the body was turned by `turn` (rad, counter-clockwise) about the
+    /// world's origin, m.
+    #[must_use]
+    pub fn displacement_to(&self, place: [f64; 2], turn: f64) -> [f64; 2] {
+        let ([x, y, _], (sin, cos)) = (self.centroid(), turn.sin_cos());
+        [place[0] - (cos * x - sin * y), place[1] - (sin * x + cos * y)]
+    }
 }

@@ -17,6 +17,7 @@
 use control::{Actuation, Sample};
 use effects::{Effect, GravityTilt};
 use robot_file::Robot;
+use robot_file::robot::Motor;
 
 use super::drive::Drive;
 use super::ensemble::{self, Ensemble, Precision};
@@ -43,14 +44,19 @@ impl Walker {
         let plan = Plan::new(robot)?;
         let mut level = robot.clone();
         level.effects.remove(GravityTilt::SPEC.name);
-        let motor = &robot.motor;
         Ok(Self {
             plan,
             robot: SimulatedRobot::with(&level, seed, settings),
-            // n²·J of the rotor is known at the output shaft; its angular momentum is n·J·ω.
-            rotor_inertia: motor.rotor_inertia_kg_m2.value / motor.gear_ratio.value,
+            rotor_inertia: rotor_inertia(&robot.motor),
         })
     }
+}
+
+/// Angular momentum of a motor's rotor over the speed of its output shaft, kg·m²: n²·J of the rotor is known there, and its angular
+/// momentum is n·J·ω.
+#[must_use]
+pub fn rotor_inertia(motor: &Motor) -> f64 {
+    motor.rotor_inertia_kg_m2.value / motor.gear_ratio.value
 }
 
 /// Robots whose bodies have one shape, advanced side by side. A value: deterministic from the seeds, cloned and sent to

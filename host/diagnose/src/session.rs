@@ -219,9 +219,11 @@ impl Session {
         let runs = self.fit.iter_mut().map(|track| (track, self.fit_noise));
         let runs = runs.chain(self.held_out.iter_mut().map(|track| (track, self.noise)));
         ground::update_pull(robot, &plant, runs, self.horizon_s, round)?;
-        if round + 1 < SHAKES && self.cut(options).is_err() {
+        let mut cut = self.cut(options);
+        if round + 1 < SHAKES && cut.is_err() {
             // A later round, with a better model, may know more.
             self.fit.iter_mut().chain(&mut self.held_out).for_each(|track| track.pull_unknown.clear());
+            cut = self.cut(options);
         }
         let known = self.fit.iter().chain(&self.held_out);
         let read = self.arc.iter_mut().flat_map(|arc| arc.read.iter_mut().flatten());
@@ -229,7 +231,7 @@ impl Session {
             track.load_torque.clone_from(&known.load_torque);
             track.pull_unknown.clone_from(&known.pull_unknown);
         }
-        self.cut(options)
+        cut
     }
 
     /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what

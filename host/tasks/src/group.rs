@@ -127,13 +127,13 @@ impl Group {
                 bodies.replace(i, plan)?;
                 let angle = Stream::new(seed, Source::StartAngle).uniform(-std::f64::consts::PI, std::f64::consts::PI);
                 shafts[i] = RampedShaft::new(&variant.robot, angle);
-                let displacement = displacement(&bodies.snapshot(i), at);
+                let displacement = bodies.snapshot(i).displacement_to([at.x, at.y], at.heading);
                 let carried = bodies.coordinates(i).carried(at.heading, displacement);
                 bodies.put(i, &carried);
             }
             Self::Motor { robots, controllers } => {
                 robots.replace(i, common.walker(variant, plan, seed)?)?;
-                let displacement = displacement(&robots.snapshot(i), at);
+                let displacement = robots.snapshot(i).displacement_to([at.x, at.y], at.heading);
                 robots.carry(i, at.heading, displacement);
                 if let Some(parameters) = &common.parameters {
                     controllers[i] = controller(parameters)?;
@@ -200,12 +200,6 @@ impl Common {
         let walls = self.definition.task.maze().map(super::maze::Maze::walls).unwrap_or_default();
         Plan { walls, ..variant.plan.clone() }
     }
-}
-
-/// What brings a robot in its nominal pose to a pose, after it was turned about the origin.
-fn displacement(nominal: &Snapshot, at: Pose) -> [f64; 2] {
-    let ([x, y, _], (sin, cos)) = (nominal.centroid(), at.heading.sin_cos());
-    [at.x - (cos * x - sin * y), at.y - (sin * x + cos * y)]
 }
 
 fn turn(

@@ -1,7 +1,7 @@
 //! Bodies that are moved by motions of their shafts.
 
 use hal_sim::body::plan::PlanError;
-use hal_sim::body::{Drive, Ensemble, Plan, Settings};
+use hal_sim::body::{Drive, Ensemble, Plan, Settings, rotor_inertia};
 use robot_file::robot::Robot;
 
 use super::motion::ShaftMotion;
@@ -11,7 +11,7 @@ pub struct DrivenBodies<'a> {
     bodies: Ensemble,
     /// When samples were taken, s.
     t: &'a [f64],
-    /// Angular momentum of the motor's rotor over the shaft's speed, kg·m².
+    /// See [`rotor_inertia`], kg·m².
     rotor_inertia: f64,
     /// Steps that were taken.
     steps: u32,
@@ -22,7 +22,7 @@ pub struct DrivenBodies<'a> {
 }
 
 impl<'a> DrivenBodies<'a> {
-    /// So many bodies, straight and at rest in a pose, the shafts at an angle (rad), where a run begins.
+    /// So many bodies, straight and at rest in a pose, where a run begins.
     ///
     /// # Errors
     /// The file has no body, or one that cannot be built.
@@ -31,8 +31,7 @@ impl<'a> DrivenBodies<'a> {
         for i in 0..count {
             put(&mut bodies, i, pose);
         }
-        let rotor_inertia = robot.motor.rotor_inertia_kg_m2.value / robot.motor.gear_ratio.value;
-        Ok(Self { bodies, t, rotor_inertia, steps: 0, at: 0, torques: vec![0.0; count] })
+        Ok(Self { bodies, t, rotor_inertia: rotor_inertia(&robot.motor), steps: 0, at: 0, torques: vec![0.0; count] })
     }
 
     /// Moves them on to a sample by motions of their shafts, by sample; each body's mean torque on the shaft over each span between samples
@@ -89,11 +88,9 @@ impl<'a> DrivenBodies<'a> {
 
 /// Puts a body in its nominal pose where it has another one: x and y, m, and heading, rad.
 fn put(bodies: &mut Ensemble, body: usize, pose: [f64; 3]) {
-    let nominal = bodies.snapshot(body);
-    let ([x, y, _], turn) = (nominal.centroid(), pose[2] - nominal.heading());
-    let (sin, cos) = turn.sin_cos();
-    let displacement = [pose[0] - (cos * x - sin * y), pose[1] - (sin * x + cos * y)];
-    let carried = bodies.coordinates(body).carried(turn, displacement);
+    let ([x, y, heading], nominal) = (pose, bodies.snapshot(body));
+    let turn = heading - nominal.heading();
+    let carried = bodies.coordinates(body).carried(turn, nominal.displacement_to([x, y], turn));
     bodies.put(body, &carried);
 }
 

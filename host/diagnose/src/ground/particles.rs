@@ -25,7 +25,7 @@ const UNGUIDED: usize = 6;
 /// A rollout that these move by more than this share of the noise's variance is left out.
 const MOST_SPREAD: f64 = 0.1;
 /// Readings are drawn with this many times their noise: what is wrong with all of them, such as the sensor's curve, is not in their
-/// scatter. Once and three times were about as good.
+/// scatter. Three times was about as good.
 const INFLATION: f64 = 2.0;
 /// Readings whose parabola is the first guess of a rollout's start, as a share of its length.
 const GUESS: f64 = 0.25;
@@ -106,8 +106,8 @@ fn drawn(track: &Track, followed: &Followed, noise: f64, random: &mut Pcg64Mcg) 
     Track { angle: track.angle.iter().zip(&followed.readings).map(angle).collect(), ..track.clone() }
 }
 
-/// Which particle each one goes on from, by misfits in units of the noise's variance: systematic resampling (Kitagawa, Monte Carlo filter and smoother, 1996) from a number in
-/// 0 to 1, in which those that are taken stay where they are.
+/// Which particle each one goes on from, by misfits in units of the noise's variance: systematic resampling (Kitagawa, Monte Carlo filter
+/// and smoother, 1996) from a number in 0 to 1, in which those that are taken stay where they are.
 fn resampled(misfits: &[f64], least: f64, from: f64) -> Vec<usize> {
     let weights: Vec<f64> = misfits.iter().map(|misfit| (-0.5 * (misfit - least)).exp()).collect();
     let share = weights.iter().sum::<f64>() / weights.len() as f64;
@@ -162,9 +162,12 @@ impl<'a> Judge<'a> {
         if torque.is_empty() {
             return None;
         }
-        let windows = self.windows.clone();
-        let of = |(i, window): (usize, &Segment)| self.residuals(i, &torque[window.first..window.last]).norm_squared();
-        Some(windows.iter().enumerate().map(of).sum())
+        let windows = self.windows.len();
+        let of = |window: usize| {
+            let Segment { first, last, .. } = self.windows[window];
+            self.residuals(window, &torque[first..last]).norm_squared()
+        };
+        Some((0..windows).map(of).sum())
     }
 
     /// What a rollout leaves of the readings under a torque over its samples, its start refitted, rad.
