@@ -82,7 +82,7 @@ fn shaft_angles(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &Roll
 
 /// Rollouts that begin at a reading and go on to where the next one begins, through whatever the sensor does not show: one that began
 /// there would not know where.
-fn rollouts(track: &Track) -> Vec<Segment> {
+pub fn rollouts(track: &Track) -> Vec<Segment> {
     let read = |k: usize| track.weight[k] > 0.0;
     let (end, usual) = (track.t.len(), track.usual_step());
     let length = ROLLOUT_S.max(FEWEST as f64 * usual);

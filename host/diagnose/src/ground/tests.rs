@@ -8,7 +8,7 @@ use robot_file::robot::Robot;
 use simulation::{Drive, Place, Plan, Walk};
 
 use super::body::DrivenBodies;
-use super::motion::{ShaftMotion, differentiated, follow};
+use super::motion::{ShaftMotion, differentiated, follow, rollouts};
 use super::*;
 use crate::fit::Fit;
 use crate::nominal::FileModel;
@@ -112,6 +112,8 @@ fn slow_readings_are_followed_in_pieces_too() {
         supply_v: every(&track.supply_v),
         ..track
     };
+    // Of 3 s: 0.1 s each, and on through the blind arc.
+    assert!(rollouts(&slow).len() > 10, "{} rollouts", rollouts(&slow).len());
     let followed = follow(&plant, &slow).motion;
     let off = |(k, followed): (usize, &ShaftMotion)| wrap(followed.angle - truth[10 * k].angle).abs();
     let mut off: Vec<f64> = followed.iter().enumerate().map(off).collect();
