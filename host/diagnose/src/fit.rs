@@ -6,6 +6,9 @@
 
 use effects::{Id, Scale};
 use nalgebra::{DMatrix, DVector};
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use super::covariance;
@@ -80,6 +83,16 @@ impl Fit {
                 self.coordinates[i] = other.coordinates[j];
             }
         }
+    }
+
+    /// The same model with the file's own numbers, for others to begin from.
+    #[must_use]
+    pub fn at_file_numbers(&self) -> Self {
+        let mut file = self.clone();
+        for (one, at) in file.free.iter().zip(&mut file.coordinates).take(file.of_file) {
+            *at = one.coordinate(one.start);
+        }
+        file
     }
 
     /// The same fit with those numbers of another that it has not, for others to begin from.
@@ -197,6 +210,21 @@ impl Fit {
     #[must_use]
     pub fn plant(&self, model: &FileModel) -> Plant {
         self.plant_at(model, &self.coordinates)
+    }
+
+    /// The model with numbers drawn from what the fit knows of them, so many standard deviations as wide.
+    #[must_use]
+    pub fn drawn_plant(&self, model: &FileModel, share: f64, random: &mut Pcg64Mcg) -> Plant {
+        let spread = self.covariance.clone().symmetric_eigen();
+        let along =
+            spread.eigenvalues.map(|variance| variance.max(0.0).sqrt() * random.sample::<f64, _>(StandardNormal));
+        let off = spread.eigenvectors * along;
+        let drawn = |((one, at), off): ((&Free, &f64), &f64)| {
+            // No number is known less than before the fit.
+            (at + (share * off).clamp(-one.prior, one.prior)).clamp(one.coordinate(one.low), one.coordinate(one.high))
+        };
+        let coordinates: Vec<f64> = self.free.iter().zip(&self.coordinates).zip(&off).map(drawn).collect();
+        self.plant_at(model, &coordinates)
     }
 
     /// The model with its numbers at some coordinates.

@@ -7,6 +7,7 @@ use effects::{Coordinate, Id};
 use robot_file::robot::Robot;
 
 use super::bootstrap::Bootstrap;
+use super::ground;
 use super::odd_runs;
 use super::pairs;
 use super::place;
@@ -20,6 +21,8 @@ use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
 
 /// Times that the effects are tried, at most: again where what lies in the sensor's blind arc looks otherwise with the best.
 const PASSES: usize = 3;
+/// The same of a robot on the ground, where how the body pulls looks otherwise too.
+const PASSES_ON_GROUND: usize = 4;
 
 /// A law of the library that is nearly the right one leaves at most this share of the misfit.
 const TRACE: f64 = 0.025;
@@ -337,7 +340,9 @@ impl<'a> Inquiry<'a> {
     ) -> Result<(Screen, Vec<Candidate>), DiagnoseError> {
         let mut screen = self.screen(session, baseline, effects);
         let mut candidates: Vec<Candidate> = Vec::new();
-        for pass in 0..PASSES {
+        let on_ground = session.on_ground();
+        let passes = if on_ground { PASSES_ON_GROUND } else { PASSES };
+        for pass in 0..passes {
             if !screen.alarm() {
                 self.add_curves(&mut screen, session, baseline, &Follows::FIRST);
             }
@@ -356,16 +361,23 @@ impl<'a> Inquiry<'a> {
             };
             let done = || {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                let passes = pass as f64 + done as f64 / effects.len() as f64;
-                self.options.tell("fitting effects", 0.15 + 0.65 * passes / PASSES as f64);
+                let done = pass as f64 + done as f64 / effects.len() as f64;
+                self.options.tell("fitting effects", 0.15 + 0.65 * done / passes as f64);
             };
             let about = |model: &Candidate| self.screen(session, model, effects).proposals(&session.model);
             let asks = search::Asks { enough: &enough, proposals: &about, done: &done };
             candidates = search::models(session, baseline, &proposals, &candidates, &asks);
-            // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost.
-            let best = search::best(&candidates).filter(|best| !reaches(session.noise, baseline, best));
-            let Some(best) = best.filter(|_| pass + 1 < PASSES) else { break };
-            if !session.drop_blind(&best.fit, self.options)? {
+            // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost, and a walking
+            // body, about which the noise of a model that was lost says nothing.
+            let noise = if on_ground { search::floor(session, &candidates) } else { session.noise };
+            let best = search::best(&candidates).filter(|best| !reaches(noise, baseline, best));
+            let Some(best) = best.filter(|_| pass + 1 < passes) else { break };
+            let changed = if on_ground {
+                ground::follow_anew(session, self.robot, &best.fit, self.options)
+            } else {
+                session.drop_blind(&best.fit, self.options)?
+            };
+            if !changed {
                 break;
             }
             let fit = session.settle(&baseline.fit);

@@ -37,7 +37,7 @@ pub fn one_step(
     let mut total = pull;
     for equations in normal_equations::of_tracks(data, rolled, &columns) {
         matrix += equations.matrix;
-        total += equations.gradients.iter().sum::<DVector<f64>>();
+        total = equations.gradients.iter().fold(total, |total, one| total + one);
     }
     for i in 0..size {
         matrix[(i, i)] *= 1.0 + 1e-9;

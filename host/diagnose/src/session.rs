@@ -19,8 +19,6 @@ use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
 use recording::Recording;
 
-/// Times that shaft and body are followed in turns: neither needs the other to be good.
-const SHAKES: u64 = 5;
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
 const MOST_ROLLOUTS: usize = 1500;
 /// They are followed for this long in all at most, s: slowly sampled runs have long rollouts.
@@ -31,6 +29,7 @@ const SLOWEST_READINGS: (f64, f64) = (0.1, 2.0);
 const LEAST_NOISE: f64 = 1e-6;
 
 /// Runs, model and floor.
+#[derive(Clone)]
 pub struct Session {
     /// The file's model.
     pub model: FileModel,
@@ -60,6 +59,7 @@ pub struct Session {
 }
 
 /// The runs as they were read with a blind arc.
+#[derive(Clone)]
 struct ArcRead {
     /// Where it lies.
     arc: BlindArc,
@@ -97,6 +97,14 @@ impl Evaluation {
     #[must_use]
     pub fn mean_square(&self) -> f64 {
         let (sum, freedom) = self.errors.iter().fold((0.0, 0.0), |total, one| (total.0 + one.0, total.1 + one.1));
+        sum / freedom.max(1.0)
+    }
+
+    /// The same if no rollout left more than a mean square, rad²: how much of the runs is followed, and not how far off the rest is.
+    #[must_use]
+    pub fn capped_square(&self, most: f64) -> f64 {
+        let capped = |total: (f64, f64), one: &(f64, f64)| (total.0 + one.0.min(most * one.1), total.1 + one.1);
+        let (sum, freedom) = self.errors.iter().fold((0.0, 0.0), capped);
         sum / freedom.max(1.0)
     }
 }
@@ -187,11 +195,8 @@ impl Session {
         if changed && session.drop_blind(&baseline, options)? {
             baseline = session.settle(&baseline);
         }
-        for round in 0..if on_ground { SHAKES } else { 0 } {
-            session.pull(robot, &baseline, round, options)?;
-            // What the sensor showed in its blind arc is known the better, the better the pull is known.
-            let _ = session.drop_blind(&baseline, options)?;
-            baseline = session.settle(&baseline);
+        if on_ground {
+            baseline = ground::find_body(&mut session, robot, &file, options)?;
         }
         Ok((session, baseline))
     }
@@ -213,25 +218,22 @@ impl Session {
         })
     }
 
-    /// Works out how the body pulls at the shaft where a fit has that, and leaves out where the readings do not say.
-    fn pull(&mut self, robot: &Robot, fit: &Fit, round: u64, options: &Options) -> Result<(), DiagnoseError> {
-        let plant = fit.plant(&self.model);
-        let runs = self.fit.iter_mut().map(|track| (track, self.fit_noise));
-        let runs = runs.chain(self.held_out.iter_mut().map(|track| (track, self.noise)));
-        ground::update_pull(robot, &plant, runs, self.horizon_s, round)?;
-        let mut cut = self.cut(options);
-        if round + 1 < SHAKES && cut.is_err() {
-            // A later round, with a better model, may know more.
-            self.fit.iter_mut().chain(&mut self.held_out).for_each(|track| track.pull_unknown.clear());
-            cut = self.cut(options);
-        }
+    /// Whether a robot on the ground was recorded.
+    #[must_use]
+    pub fn on_ground(&self) -> bool {
+        self.fit.iter().chain(&self.held_out).any(|track| track.first_pose.is_some())
+    }
+
+    /// Takes over where a body's pull has been found and where it is unknown, into the runs as they were read too.
+    pub fn take_pull(&mut self, options: &Options) -> Result<(), DiagnoseError> {
+        self.cut(options)?;
         let known = self.fit.iter().chain(&self.held_out);
         let read = self.arc.iter_mut().flat_map(|arc| arc.read.iter_mut().flatten());
         for (track, known) in read.zip(known) {
             track.load_torque.clone_from(&known.load_torque);
             track.pull_unknown.clone_from(&known.pull_unknown);
         }
-        cut
+        Ok(())
     }
 
     /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what
@@ -299,7 +301,7 @@ impl Session {
         self.sigma_current = current_noise(&self.fit);
         self.unfitted = Fit::begin(&self.model, &[], 0, self.fit_guess.clone());
         let _ = rollout::refine_all(&self.unfitted.plant(&self.model), &self.fit, &mut self.unfitted.starts, &[], 2);
-        let mut fit = self.unfitted.clone();
+        let mut fit = Fit::begin(&self.model, &from.effects, 0, self.unfitted.starts.clone());
         fit.take_over(from);
         self.fit_noise = self.measure(&fit, true);
         fit = fit::fit(&self.model, &self.data(), fit, Until::settled(6, 1e-3));

@@ -1,8 +1,8 @@
 //! Recordings of `scram sim`, diagnosed with the file that they were simulated from.
 //!
-//! `cargo own-recordings` runs 60 sets with nothing missing, 20 of the robot on the ground, 30 with one listed effect taken out of the file, and 30 that no
-//! diagnosis can tell until the experiment that it designs is run. Exit code 0: every bar is reached, 1: one is missed or it
-//! could not be done, 2: wrong usage.
+//! `cargo own-recordings` runs 60 sets with nothing missing, 20 of the robot on the ground, 30 with one listed effect taken out of the
+//! file, 10 of these on the ground, and 30 that no diagnosis can tell until the experiment that it designs is run. Exit code 0: every
+//! bar is reached, 1: one is missed or it could not be done, 2: wrong usage.
 
 use std::process::ExitCode;
 
@@ -15,7 +15,7 @@ use system_tests::seeds;
 #[command(after_help = "Examples:
   cargo own-recordings                    every set, as the long campaign has them
   cargo own-recordings --release-seeds    the same on seeds from the operating system's entropy, printed first
-  cargo own-recordings --nothing 12 --walks 2 --missing 2 --pairs 2 --show-missing    what every change must pass
+  cargo own-recordings --nothing 12 --walks 2 --missing 2 --missing-walks 1 --pairs 2 --show-missing    what every change must pass
 
 Exit codes: 0 every bar is reached, 1 one is missed or it could not be done, 2 wrong usage.")]
 struct Arguments {
@@ -28,6 +28,9 @@ struct Arguments {
     /// Sets with one effect taken out of the file
     #[arg(long, default_value_t = 30)]
     missing: usize,
+    /// Sets of the robot on the ground with one effect taken out of the file
+    #[arg(long, default_value_t = 10)]
+    missing_walks: usize,
     /// Sets of steady runs that cannot tell one effect from others, and the experiment that can
     #[arg(long, default_value_t = 30)]
     pairs: usize,
@@ -83,10 +86,12 @@ fn main() -> ExitCode {
     };
     let nothing = examined(sets(arguments.nothing, seed, false));
     bar("nothing is missing", &nothing, Some(nothing.len() * 2 / 60));
-    let on_ground = examined(walks(arguments.walks, seed));
+    let on_ground = examined(walks(arguments.walks, seed, false));
     bar("nothing is missing on the ground", &on_ground, Some(0));
     let missing = examined(sets(arguments.missing, seed, true));
     bar("an effect is missing", &missing, (!arguments.show_missing).then_some(missing.len() * 3 / 30));
+    let missing = examined(walks(arguments.missing_walks, seed, true));
+    bar("an effect is missing on the ground", &missing, (!arguments.show_missing).then_some(missing.len() * 3 / 30));
     if arguments.pairs > 0 {
         let outcomes: Vec<PairOutcome> = (0..arguments.pairs as u64)
             .map(|i| seed + i)

@@ -141,16 +141,14 @@ pub fn sets(count: usize, seed: u64, missing: bool) -> Vec<Set> {
         .collect()
 }
 
-/// Sets of walks of `robot.toml`, calibrated or not in turn, with nothing missing.
+/// Sets of walks of `robot.toml`, calibrated or not in turn; with `missing`, each with one listed effect taken out of its file.
 #[must_use]
-pub fn walks(count: usize, seed: u64) -> Vec<Set> {
-    let one = |i: usize| Set {
-        seed: seed + i as u64,
-        robot: "robot.toml",
-        calibrated: i % 2 == 1,
-        on_ground: true,
-        first_kind: (i * 5) % KINDS,
-        expected: Expected::Nothing,
+pub fn walks(count: usize, seed: u64, missing: bool) -> Vec<Set> {
+    let one = |i: usize| {
+        let calibrated = i % 2 == 1;
+        let expected = if missing { Expected::Missing(taken_out(i / 2, calibrated)) } else { Expected::Nothing };
+        let (robot, first_kind) = ("robot.toml", (i * 5) % KINDS);
+        Set { seed: seed + i as u64, robot, calibrated, on_ground: true, first_kind, expected }
     };
     (0..count).map(one).collect()
 }

@@ -4,6 +4,8 @@
 //! follows the readings, from rest in the recording's first pose; the torque that this takes goes into the model of the shaft as a known
 //! one, sample by sample. A body that is another than the file's is a misfit like any other.
 //!
+//! How the body pulls and what the shaft's numbers are is found in turns ([`turns`]).
+//!
 //! Some gaits never repeat: two motions of the shaft that no sensor tells apart are soon two walks. So many bodies are moved, those that
 //! the readings speak for are followed ([`particles`]), and where bodies that nobody guides come to pull otherwise, rollouts take no
 //! part in fits and judgements.
@@ -13,6 +15,7 @@ mod motion;
 mod particles;
 #[cfg(test)]
 mod tests;
+mod turns;
 
 use hal_sim::body::plan::PlanError;
 use rayon::prelude::*;
@@ -22,15 +25,17 @@ use super::DiagnoseError;
 use super::model::Plant;
 use super::track::Track;
 use particles::Pull;
+pub use turns::{find_body, follow_anew};
 
 /// Works out anew how the body pulls at the shaft in those runs that are on the ground, whose rollouts have a length (s) and whose readings
-/// each a mean square noise (rad²). Each `round` tries other bodies.
+/// each a mean square noise (rad²), by the model of the shaft that was fitted and some that may as well be it. Each `round` tries other
+/// bodies.
 ///
 /// # Errors
 /// The file has no body, or one that cannot be built.
-pub fn update_pull<'a>(
+fn update_pull<'a>(
     robot: &Robot,
-    plant: &Plant,
+    plants: &[Plant],
     runs: impl Iterator<Item = (&'a mut Track, f64)>,
     horizon_s: f64,
     round: u64,
@@ -46,7 +51,7 @@ pub fn update_pull<'a>(
         };
         let seed = round << 32 | track.place as u64;
         let Pull { torque, unknown } =
-            particles::estimate(robot, plant, track, pose, (horizon_s, noise), seed).map_err(refused)?;
+            particles::estimate(robot, plants, track, pose, (horizon_s, noise), seed).map_err(refused)?;
         (track.load_torque, track.pull_unknown) = (torque, unknown);
         Ok(())
     })

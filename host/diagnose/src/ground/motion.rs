@@ -40,7 +40,8 @@ pub struct Followed {
 pub fn follow(plant: &Plant, track: &Track) -> Followed {
     let whole = Track { segments: rollouts(track), ..track.clone() };
     let mut starts = rollout::guess(&whole, GUESS_S);
-    let (rolled, _) = rollout::refine(plant, &whole, &mut starts, &[], REFINED);
+    let at_rest = begun_at_rest(&whole, &starts);
+    let (rolled, _) = rollout::refine(plant, &whole, &mut starts, &[at_rest], REFINED);
     let mut readings = vec![f64::NAN; whole.t.len()];
     let mut place = 0;
     for segment in &whole.segments {
@@ -80,20 +81,36 @@ fn shaft_angles(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &Roll
     angles
 }
 
-/// Rollouts that begin at a reading and go on to where the next one begins, through whatever the sensor does not show: one that began
-/// there would not know where.
+/// The starts, but that the run begins at rest near its first reading: nothing is seen of a speed in a hole before it.
+fn begun_at_rest(track: &Track, starts: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let first = track.angle.iter().zip(&track.weight).find(|(_, weight)| **weight > 0.0);
+    let mut rested = starts.to_vec();
+    if let (Some(start), Some((&angle, _))) = (rested.first_mut(), first) {
+        *start = [angle, 0.0];
+    }
+    rested
+}
+
+/// Rollouts from the run's beginning on, each to where the next one begins: at a reading, and through whatever the sensor does not show
+/// before it, for one that began there would not know where. The first one goes on until enough readings tell where it began.
 pub fn rollouts(track: &Track) -> Vec<Segment> {
     let read = |k: usize| track.weight[k] > 0.0;
     let (end, usual) = (track.t.len(), track.usual_step());
     let length = ROLLOUT_S.max(FEWEST as f64 * usual);
     let cut_before = |k: usize| k > 0 && track.t[k] - track.t[k - 1] >= GAP * usual;
     let mut segments: Vec<Segment> = Vec::new();
-    let Some(mut first) = (0..end).find(|&k| read(k)) else { return segments };
+    let mut first = 0;
     while first < end {
-        let long = |k: usize| track.t[k] - track.t[first] >= length - 0.5 * usual;
-        let last = (first + 1..end).find(|&k| cut_before(k) || long(k) && read(k)).unwrap_or(end);
-        let readings = (first..last).filter(|&k| read(k)).count();
         let linked = !segments.is_empty() && !cut_before(first);
+        let long = |k: usize| track.t[k] - track.t[first] >= length - 0.5 * usual;
+        let mut readings = usize::from(read(first));
+        let mut ends = |k: usize| {
+            let enough = linked || readings >= FEWEST && 2 * readings >= k - first;
+            readings += usize::from(read(k));
+            cut_before(k) || enough && long(k) && read(k)
+        };
+        let last = (first + 1..end).find(|&k| ends(k)).unwrap_or(end);
+        let readings = (first..last).filter(|&k| read(k)).count();
         match segments.last_mut() {
             Some(before) if readings < FEWEST && linked => (before.last, before.whole) = (last, false),
             _ => segments.push(Segment { first, last, linked, whole: readings == last - first }),

@@ -1,7 +1,8 @@
 //! The body of a run, of many that the readings allow: a particle filter (Gordon, Salmond and Smith, Novel approach to
 //! nonlinear/non-Gaussian Bayesian state estimation, 1993).
 //!
-//! Each particle is a body that is moved by what the readings, drawn anew, are followed as. After each rollout the torques of all particles
+//! Each particle is a body that is moved by what the readings, drawn anew, are followed as by one of the models of the shaft that a fit
+//! allows: an error of the sensor's curve is in no scatter of readings. After each rollout the torques of all particles
 //! are compared by how well a model of the shaft then meets the readings, and those that meet them worse go on from where the better ones
 //! are. Bodies that always go on from where they are tell how well the readings determine the walk at all.
 
@@ -14,18 +15,20 @@ use robot_file::robot::Robot;
 
 use super::super::model::{Hidden, Plant};
 use super::super::rollout::{self, Normal2};
-use super::super::track::{Cut, Segment, Track};
+use super::super::track::{Cut, GAP, Segment, Track};
 use super::body::DrivenBodies;
 use super::motion::{Followed, ShaftMotion, follow};
 
 /// Bodies that are moved: twice as many left as much unexplained of three sets of walks.
-const PARTICLES: usize = 12;
+pub const PARTICLES: usize = 12;
+/// A gap in time that the shaft is followed through at most, s.
+const LONGEST_GAP_S: f64 = 0.05;
 /// Bodies beside them that nobody tells how well they do.
 const UNGUIDED: usize = 6;
 /// A rollout that these move by more than this share of the noise's variance is left out.
 const MOST_SPREAD: f64 = 0.1;
-/// Readings are drawn with this many times their noise: what is wrong with all of them, such as the sensor's curve, is not in their
-/// scatter. Three times was about as good.
+/// Readings are drawn with this many times their noise, for particles must be where the body is for one to be kept. Three times was about
+/// as good.
 const INFLATION: f64 = 2.0;
 /// Readings whose parabola is the first guess of a rollout's start, as a share of its length.
 const GUESS: f64 = 0.25;
@@ -40,55 +43,61 @@ pub struct Pull {
     pub unknown: Vec<bool>,
 }
 
-/// The pull of the file's body in a run that begins at rest in a pose; rollouts of a length (s) and the readings' mean square noise (rad²)
-/// tell the particles apart. The torque that the run has already stays where it suits the readings better as a whole: `seed` draws other
-/// particles each time.
+/// The pull of the file's body in a run that begins at rest in a pose. The first model of the shaft follows the readings and tells, over
+/// rollouts of a length (s) and with the readings' mean square noise (rad²), the particles apart; each of the others moves one by readings
+/// that are drawn anew. Where the torque that the run has already suits a rollout better than every particle's, it stays: `seed` draws
+/// others each time.
 ///
 /// # Errors
 /// The file has no body, or one that cannot be built.
 pub fn estimate(
     robot: &Robot,
-    plant: &Plant,
+    plants: &[Plant],
     track: &Track,
     pose: [f64; 3],
     (horizon_s, noise): (f64, f64),
     seed: u64,
 ) -> Result<Pull, PlanError> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let followed = follow(plant, track);
-    let mut motions: Vec<Vec<ShaftMotion>> =
-        (1..PARTICLES).map(|_| follow(plant, &drawn(track, &followed, noise, &mut random)).motion).collect();
+    let followed = follow(&plants[0], track);
+    let redrawn = |plant| follow(plant, &drawn(track, &followed, noise, &mut random)).motion;
+    let mut motions: Vec<Vec<ShaftMotion>> = plants[1..].iter().map(redrawn).collect();
     motions.push(followed.motion);
-    let mut bodies = DrivenBodies::new(robot, &track.t, pose, PARTICLES)?;
-    let mut unguided = DrivenBodies::new(robot, &track.t, pose, UNGUIDED)?;
-    let mut judge = Judge::new(plant, track, horizon_s);
-    let (mut torque, mut unknown) = (Vec::with_capacity(track.t.len()), vec![true; track.t.len()]);
-    let (mut best, mut misfit) = (0, 0.0);
+    let (guided, unguided) = (motions.as_slice(), &motions[..UNGUIDED.min(motions.len())]);
+    let mut particles = DrivenBodies::new(robot, &track.t, pose, guided.len())?;
+    let mut astray = DrivenBodies::new(robot, &track.t, pose, unguided.len())?;
+    let mut judge = Judge::new(&plants[0], track, horizon_s, noise);
+    let mut pull = Pull { torque: Vec::with_capacity(track.t.len()), unknown: vec![true; track.t.len()] };
+    let (mut best, lost) = (0, lost(track));
     for window in 0..judge.windows.len() {
         let Segment { first, last, .. } = judge.windows[window];
-        torque.append(&mut bodies.advance(first, &motions).swap_remove(best));
-        let mut left = |torque: &Vec<f64>| judge.residuals(window, torque) / noise.sqrt();
-        let torques = bodies.advance(last, &motions);
-        let misfits: Vec<f64> = torques.iter().map(|torque| finite(left(torque).norm_squared())).collect();
-        let _ = unguided.advance(first, &motions[..UNGUIDED]);
-        let unguided: Vec<DVector<f64>> = unguided.advance(last, &motions[..UNGUIDED]).iter().map(left).collect();
-        unknown[first..last].fill(spread(&unguided) > MOST_SPREAD * judge.track.read(&judge.windows[window]));
-        best = (0..PARTICLES).min_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
-        misfit += misfits[best];
-        torque.extend_from_slice(&torques[best]);
-        bodies.go_on_from(&resampled(&misfits, misfits[best], random.random()));
+        if last > lost {
+            break;
+        }
+        pull.torque.append(&mut particles.advance(first, guided).swap_remove(best));
+        let _ = astray.advance(first, unguided);
+        let torques = particles.advance(last.min(lost - 1), guided);
+        let misfits: Vec<f64> = torques.iter().map(|torque| judge.misfit(window, torque)).collect();
+        best = (0..misfits.len()).min_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
+        let known = track.load_torque.get(first..last);
+        let known = known.filter(|known| judge.misfit(window, known) < misfits[best]);
+        pull.torque.extend_from_slice(known.unwrap_or(&torques[best]));
+        let torques = astray.advance(last.min(lost - 1), unguided);
+        let left: Vec<DVector<f64>> = torques.iter().map(|torque| judge.residuals(window, torque)).collect();
+        let is_known = spread(&left) <= MOST_SPREAD * judge.track.read(&judge.windows[window]);
+        pull.unknown[first..last].fill(!is_known);
+        particles.go_on_from(&resampled(&misfits, misfits[best], random.random()));
     }
-    torque.append(&mut bodies.advance(track.t.len() - 1, &motions).swap_remove(best));
-    torque.push(0.0);
-    if judge.misfit(&track.load_torque).is_some_and(|known| known / noise < misfit) {
-        torque.clone_from(&track.load_torque);
-    }
-    Ok(Pull { torque, unknown })
+    pull.torque.append(&mut particles.advance(lost - 1, guided).swap_remove(best));
+    pull.torque.resize(track.t.len(), 0.0);
+    Ok(pull)
 }
 
-/// A body that has blown up suits no readings.
-fn finite(misfit: f64) -> f64 {
-    if misfit.is_finite() { misfit } else { f64::MAX }
+/// The sample from which nothing says where the body is: after a gap in time through which the shaft is not followed.
+fn lost(track: &Track) -> usize {
+    let longest = LONGEST_GAP_S.max(GAP * track.usual_step());
+    let gap = |k: &usize| track.t[*k] - track.t[k - 1] > longest;
+    (1..track.t.len()).find(gap).unwrap_or(track.t.len())
 }
 
 /// By how much what particles leave differs from its mean: the mean sum of squares.
@@ -128,6 +137,8 @@ fn resampled(misfits: &[f64], least: f64, from: f64) -> Vec<usize> {
 /// How well rollouts meet the readings under a torque of the body.
 struct Judge<'a> {
     plant: &'a Plant,
+    /// Mean square of the readings' noise, rad².
+    noise: f64,
     /// With one rollout.
     track: Track,
     windows: Vec<Segment>,
@@ -141,7 +152,7 @@ struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn new(plant: &'a Plant, track: &Track, horizon_s: f64) -> Self {
+    fn new(plant: &'a Plant, track: &Track, horizon_s: f64, noise: f64) -> Self {
         let mut track = Track { pull_unknown: Vec::new(), ..track.clone() };
         track.cut(Cut { horizon_s, most_segments: usize::MAX });
         track.load_torque.resize(track.t.len(), 0.0);
@@ -154,23 +165,17 @@ impl<'a> Judge<'a> {
             Some(*end)
         });
         let places = std::iter::once(0).chain(ends).collect();
-        Self { plant, track, windows, starts, hidden: rolled.hidden, columns, places }
+        Self { plant, noise, track, windows, starts, hidden: rolled.hidden, columns, places }
     }
 
-    /// Sum of squares that all rollouts leave under a torque over all samples, rad²; `None` without one.
-    fn misfit(&mut self, torque: &[f64]) -> Option<f64> {
-        if torque.is_empty() {
-            return None;
-        }
-        let windows = self.windows.len();
-        let of = |window: usize| {
-            let Segment { first, last, .. } = self.windows[window];
-            self.residuals(window, &torque[first..last]).norm_squared()
-        };
-        Some((0..windows).map(of).sum())
+    /// Sum of squares that a rollout leaves of the readings under a torque over its samples, in units of the noise's variance.
+    fn misfit(&mut self, window: usize, torque: &[f64]) -> f64 {
+        let misfit = self.residuals(window, torque).norm_squared();
+        // A body that has blown up suits no readings.
+        if misfit.is_finite() { misfit } else { f64::MAX }
     }
 
-    /// What a rollout leaves of the readings under a torque over its samples, its start refitted, rad.
+    /// What a rollout leaves of the readings under a torque over its samples, its start refitted, in standard deviations of the noise.
     fn residuals(&mut self, window: usize, torque: &[f64]) -> DVector<f64> {
         let segment = self.windows[window];
         let track = &mut self.track;
@@ -192,7 +197,7 @@ impl<'a> Judge<'a> {
         for &i in &read {
             left[i] -= step[0] * columns[0][i] + step[1] * columns[1][i];
         }
-        left
+        left / self.noise.sqrt()
     }
 }
 

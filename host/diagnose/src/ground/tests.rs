@@ -4,14 +4,18 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use effects::{Effect, GravityTilt};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
 use robot_file::robot::Robot;
 use simulation::{Drive, Place, Plan, Walk};
 
 use super::body::DrivenBodies;
 use super::motion::{ShaftMotion, differentiated, follow, rollouts};
+use super::particles::PARTICLES;
 use super::*;
 use crate::fit::Fit;
 use crate::nominal::FileModel;
+use crate::numbers::Number;
 use crate::track::Cut;
 use common::wrap;
 use recording::Recording;
@@ -58,11 +62,53 @@ fn the_shaft_is_followed_and_not_the_wiper() {
     assert!(play.abs() < 0.4, "{play}°");
 }
 
+#[test]
+fn a_run_that_begins_in_the_blind_arc_is_followed_from_rest() {
+    let (_, mut track, truth, plant) = run(Place::Bench, "duty:1", 1.0);
+    let unread = track.t.iter().take_while(|t| **t < 0.04).count();
+    track.angle[..unread].fill(f64::NAN);
+    track.weight[..unread].fill(0.0);
+    let followed = follow(&plant, &track).motion;
+    let off = |k: usize| wrap(followed[k].angle - truth[k].angle).to_degrees().abs();
+    let most = (0..unread).map(off).fold(0.0, f64::max);
+    // Where it stood at the first reading it would be 50° off, and jump from rest to half of its speed.
+    assert!(most < 10.0 && (followed[unread].speed - truth[unread].speed).abs() < 3.0, "{most}°");
+}
+
+#[test]
+fn models_are_drawn_as_far_apart_as_the_fit_knows_its_numbers() {
+    let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml")).unwrap();
+    let model = FileModel::new(&robot);
+    let mut fit = Fit::begin(&model, &[], 0, Vec::new());
+    let place = fit.free.iter().position(|one| one.number == Number::OfEffect("cos1")).unwrap();
+    fit.covariance[(place, place)] = 0.3f64.powi(2);
+    let mut random = Pcg64Mcg::seed_from_u64(7);
+    let mut scatter = |share: f64| {
+        let mut read = || fit.drawn_plant(&model, share, &mut random).reading(0.0) - fit.plant(&model).reading(0.0);
+        ((0..400).map(|_| read().powi(2)).sum::<f64>() / 400.0).sqrt()
+    };
+    // In hundredths of a radian, as the sensor's curve is fitted.
+    let (whole, half) = (scatter(1.0), scatter(0.5));
+    assert!((whole / 3e-3 - 1.0).abs() < 0.15 && (half / whole - 0.5).abs() < 0.1, "{whole} and {half} rad");
+}
+
+#[test]
+fn after_a_long_gap_nothing_says_where_the_body_is() {
+    let (robot, mut track, _, plant) = run(Place::Ground, "freq:6.3", 1.0);
+    let gap = track.t.len() / 2;
+    track.t[gap..].iter_mut().for_each(|t| *t += 3600.0);
+    let track = pulled((&robot, track, &plant), 1);
+    let known = |samples: &[bool]| samples.iter().filter(|unknown| !**unknown).count();
+    let (before, after) = track.pull_unknown.split_at(gap);
+    assert!(2 * known(before) > gap && known(after) == 0, "{} and {} known", known(before), known(after));
+}
+
 /// The run after so many rounds of finding how the body pulls.
 fn pulled((robot, track, plant): (&Robot, Track, &Plant), rounds: u64) -> Track {
     let mut track = track;
     for round in 0..rounds {
-        update_pull(robot, plant, std::iter::once((&mut track, NOISE)), ROLLOUT_S, round).unwrap();
+        update_pull(robot, &vec![plant.clone(); PARTICLES], std::iter::once((&mut track, NOISE)), ROLLOUT_S, round)
+            .unwrap();
     }
     track
 }
