@@ -212,19 +212,21 @@ impl Fit {
         self.plant_at(model, &self.coordinates)
     }
 
-    /// The model with numbers drawn from what the fit knows of them, so many standard deviations as wide.
-    #[must_use]
-    pub fn drawn_plant(&self, model: &FileModel, share: f64, random: &mut Pcg64Mcg) -> Plant {
+    /// The model with numbers drawn from what the fit knows of them, so many standard deviations as wide, again and again.
+    pub fn drawn_plants(&self, model: &FileModel, share: f64, random: &mut Pcg64Mcg) -> impl Iterator<Item = Plant> {
         let spread = self.covariance.clone().symmetric_eigen();
-        let along =
-            spread.eigenvalues.map(|variance| variance.max(0.0).sqrt() * random.sample::<f64, _>(StandardNormal));
-        let off = spread.eigenvectors * along;
-        let drawn = |((one, at), off): ((&Free, &f64), &f64)| {
-            // No number is known less than before the fit.
-            (at + (share * off).clamp(-one.prior, one.prior)).clamp(one.coordinate(one.low), one.coordinate(one.high))
-        };
-        let coordinates: Vec<f64> = self.free.iter().zip(&self.coordinates).zip(&off).map(drawn).collect();
-        self.plant_at(model, &coordinates)
+        let deviations = spread.eigenvalues.map(|variance| variance.max(0.0).sqrt());
+        std::iter::repeat_with(move || {
+            let along = deviations.map(|deviation| deviation * random.sample::<f64, _>(StandardNormal));
+            let off = &spread.eigenvectors * along;
+            let drawn = |((one, at), off): ((&Free, &f64), &f64)| {
+                // No number is known less than before the fit.
+                let drawn = at + (share * off).clamp(-one.prior, one.prior);
+                drawn.clamp(one.coordinate(one.low), one.coordinate(one.high))
+            };
+            let coordinates: Vec<f64> = self.free.iter().zip(&self.coordinates).zip(&off).map(drawn).collect();
+            self.plant_at(model, &coordinates)
+        })
     }
 
     /// The model with its numbers at some coordinates.

@@ -72,7 +72,7 @@ struct ArcRead {
 /// A look from a further starting point is given up where its cost stays above this many times the best one's.
 const FAR: f64 = 4.0;
 /// A fit whose cost will stay above this many times another one's is beaten by it.
-const BEATEN: f64 = 1.1;
+pub const BEATEN: f64 = 1.1;
 /// A fit in small steps takes so many rounds, or ends where one brings less than this share of the cost.
 const POLISH_ROUNDS: usize = 6;
 const POLISH_TOLERANCE: f64 = 1e-6;
@@ -96,17 +96,20 @@ impl Evaluation {
     /// Mean square error, rad².
     #[must_use]
     pub fn mean_square(&self) -> f64 {
-        let (sum, freedom) = self.errors.iter().fold((0.0, 0.0), |total, one| (total.0 + one.0, total.1 + one.1));
-        sum / freedom.max(1.0)
+        mean(self.errors.iter().copied())
     }
 
     /// The same if no rollout left more than a mean square, rad²: how much of the runs is followed, and not how far off the rest is.
     #[must_use]
     pub fn capped_square(&self, most: f64) -> f64 {
-        let capped = |total: (f64, f64), one: &(f64, f64)| (total.0 + one.0.min(most * one.1), total.1 + one.1);
-        let (sum, freedom) = self.errors.iter().fold((0.0, 0.0), capped);
-        sum / freedom.max(1.0)
+        mean(self.errors.iter().map(|&(error, freedom)| (error.min(most * freedom), freedom)))
     }
+}
+
+/// Mean of squared errors over all their degrees of freedom.
+fn mean(errors: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (sum, freedom) = errors.fold((0.0, 0.0), |total, one| (total.0 + one.0, total.1 + one.1));
+    sum / freedom.max(1.0)
 }
 
 /// Files of one name, as every simulated run has, are called by their directories too.

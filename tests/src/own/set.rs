@@ -131,24 +131,21 @@ fn load(name: &str) -> Robot {
 /// Sets in turn over robots, calibration and drives; with `missing`, each with one listed effect taken out of its file.
 #[must_use]
 pub fn sets(count: usize, seed: u64, missing: bool) -> Vec<Set> {
-    let robots = ["robot.toml", "robots/motor-136.toml"];
-    (0..count)
-        .map(|i| {
-            let (robot, calibrated) = (robots[i % 2], i / 2 % 2 == 1);
-            let expected = if missing { Expected::Missing(taken_out(i / 4, calibrated)) } else { Expected::Nothing };
-            Set { seed: seed + i as u64, robot, calibrated, on_ground: false, first_kind: (i * 5) % KINDS, expected }
-        })
-        .collect()
+    in_turn(&["robot.toml", "robots/motor-136.toml"], false, count, seed, missing)
 }
 
-/// Sets of walks of `robot.toml`, calibrated or not in turn; with `missing`, each with one listed effect taken out of its file.
+/// The same of walks of `robot.toml`.
 #[must_use]
 pub fn walks(count: usize, seed: u64, missing: bool) -> Vec<Set> {
+    in_turn(&["robot.toml"], true, count, seed, missing)
+}
+
+fn in_turn(robots: &[&'static str], on_ground: bool, count: usize, seed: u64, missing: bool) -> Vec<Set> {
     let one = |i: usize| {
-        let calibrated = i % 2 == 1;
-        let expected = if missing { Expected::Missing(taken_out(i / 2, calibrated)) } else { Expected::Nothing };
-        let (robot, first_kind) = ("robot.toml", (i * 5) % KINDS);
-        Set { seed: seed + i as u64, robot, calibrated, on_ground: true, first_kind, expected }
+        let (robot, calibrated) = (robots[i % robots.len()], i / robots.len() % 2 == 1);
+        let taken_out = || taken_out(i / (2 * robots.len()), calibrated);
+        let expected = if missing { Expected::Missing(taken_out()) } else { Expected::Nothing };
+        Set { seed: seed + i as u64, robot, calibrated, on_ground, first_kind: (i * 5) % KINDS, expected }
     };
     (0..count).map(one).collect()
 }

@@ -2,9 +2,8 @@
 //! nonlinear/non-Gaussian Bayesian state estimation, 1993).
 //!
 //! Each particle is a body that is moved by what the readings, drawn anew, are followed as by one of the models of the shaft that a fit
-//! allows: an error of the sensor's curve is in no scatter of readings. After each rollout the torques of all particles
-//! are compared by how well a model of the shaft then meets the readings, and those that meet them worse go on from where the better ones
-//! are. Bodies that always go on from where they are tell how well the readings determine the walk at all.
+//! allows: an error of the sensor's curve is in no scatter of readings. After each rollout the torques of all particles are compared by how
+//! well a model of the shaft then meets the readings, and those that meet them worse go on from where the better ones are. Bodies that always go on from where they are tell how well the readings determine the walk at all.
 
 use hal_sim::body::plan::PlanError;
 use nalgebra::DVector;
@@ -21,12 +20,12 @@ use super::motion::{Followed, ShaftMotion, follow};
 
 /// Bodies that are moved: twice as many left as much unexplained of three sets of walks.
 pub const PARTICLES: usize = 12;
-/// A gap in time that the shaft is followed through at most, s.
-const LONGEST_GAP_S: f64 = 0.05;
 /// Bodies beside them that nobody tells how well they do.
 const UNGUIDED: usize = 6;
 /// A rollout that these move by more than this share of the noise's variance is left out.
 const MOST_SPREAD: f64 = 0.1;
+/// A gap in time that the shaft is followed through at most, s.
+const LONGEST_GAP_S: f64 = 0.05;
 /// Readings are drawn with this many times their noise, for particles must be where the body is for one to be kept. Three times was about
 /// as good.
 const INFLATION: f64 = 2.0;

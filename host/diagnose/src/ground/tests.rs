@@ -84,8 +84,9 @@ fn models_are_drawn_as_far_apart_as_the_fit_knows_its_numbers() {
     fit.covariance[(place, place)] = 0.3f64.powi(2);
     let mut random = Pcg64Mcg::seed_from_u64(7);
     let mut scatter = |share: f64| {
-        let mut read = || fit.drawn_plant(&model, share, &mut random).reading(0.0) - fit.plant(&model).reading(0.0);
-        ((0..400).map(|_| read().powi(2)).sum::<f64>() / 400.0).sqrt()
+        let drawn = fit.drawn_plants(&model, share, &mut random).take(400);
+        let read = |plant: Plant| plant.reading(0.0) - fit.plant(&model).reading(0.0);
+        (drawn.map(|plant| read(plant).powi(2)).sum::<f64>() / 400.0).sqrt()
     };
     // In hundredths of a radian, as the sensor's curve is fitted.
     let (whole, half) = (scatter(1.0), scatter(0.5));

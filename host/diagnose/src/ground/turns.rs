@@ -8,7 +8,7 @@ use robot_file::robot::Robot;
 use super::super::fit::Fit;
 use super::super::model::Plant;
 use super::super::search;
-use super::super::session::Session;
+use super::super::session::{BEATEN, Session};
 use super::super::track::Track;
 use super::super::{DiagnoseError, Options};
 use super::particles::PARTICLES;
@@ -28,8 +28,6 @@ const FOUND: f64 = 1.01;
 const MUCH: f64 = 0.5;
 /// No rollout counts for more than this many times the noise: one with a reading from the blind arc is thousands off.
 const FARTHEST: f64 = 10.0;
-/// A fit from elsewhere is taken where that from the file's numbers leaves more than this many times as much.
-const BEATEN: f64 = 1.1;
 /// Effects with which a body is looked for where the file's model does not do: friction of any even kind, the driver's drop and the
 /// sensor's curve are much of what moves a shaft.
 const GENEROUS: [&str; 3] = [DirectionalFriction::SPEC.name, DriverDrop::SPEC.name, SensorNonlinearity::SPEC.name];
@@ -50,7 +48,7 @@ pub fn find_body(session: &mut Session, robot: &Robot, file: &Fit, options: &Opt
             }
         }
         fit = settle(session, file, &fit, round + 1 == TURNS, options)?;
-        if round + 1 == FIRST_TURNS && misfit(session, &fit) > LOST {
+        if round + 1 == FIRST_TURNS && misfit(session, &fit, session.noise) > LOST {
             let candidates = search::candidates(session, robot, &[])?;
             let generous: Vec<Id> = candidates.into_iter().filter(|id| GENEROUS.contains(&id.name())).collect();
             let _ = find_again(session, robot, &Fit::begin(&session.model, &generous, 0, Vec::new()), options)?;
@@ -67,24 +65,21 @@ pub fn follow_anew(session: &mut Session, robot: &Robot, fit: &Fit, options: &Op
     session.noise = session.measure(fit, false).min(session.noise);
     session.lower_fit_noise(fit);
     let noise = session.noise;
-    let left = |session: &Session, fit: &Fit| session.evaluate(fit).capped_square(FARTHEST * noise);
-    let before = left(session, fit);
+    let before = misfit(session, fit, noise);
     let found = find_again(session, robot, fit, options);
-    let is_better = found.is_ok_and(|found| left(session, &found) < before);
+    let is_better = found.is_ok_and(|found| misfit(session, &found, noise) < before);
     if !is_better {
         *session = kept;
     }
     is_better
 }
 
-/// What one turn came to.
+/// How good one turn is.
 struct Turn {
     /// See [`misfit`].
     misfit: f64,
     /// Share of the samples at which the readings say how the body pulls.
     known: f64,
-    session: Session,
-    fit: Fit,
 }
 
 impl Turn {
@@ -103,22 +98,21 @@ impl Turn {
 /// Finds a body's pull with a model of whose effects little is known yet, from where they are; the turn that leaves least is kept.
 fn find_again(session: &mut Session, robot: &Robot, from: &Fit, options: &Options) -> Result<Fit, DiagnoseError> {
     let (file, mut fit) = (from.at_file_numbers(), from.clone());
-    let mut best: Option<Turn> = None;
+    let mut best: Option<(Turn, Session, Fit)> = None;
     for round in 0..FEWER_TURNS {
         pull(session, robot, &fit, round)?;
         fit = settle(session, &file, &fit, false, options)?;
-        let turn =
-            Turn { misfit: misfit(session, &fit), known: known(session), session: session.clone(), fit: fit.clone() };
+        let turn = Turn { misfit: misfit(session, &fit, session.noise), known: known(session) };
         let is_found = turn.is_found();
-        if best.as_ref().is_none_or(|best| turn.is_better(best)) {
-            best = Some(turn);
+        if best.as_ref().is_none_or(|(best, ..)| turn.is_better(best)) {
+            best = Some((turn, session.clone(), fit.clone()));
         }
         if is_found {
             break;
         }
     }
-    if let Some(best) = best {
-        (*session, fit) = (best.session, best.fit);
+    if let Some((_, kept, found)) = best {
+        (*session, fit) = (kept, found);
     }
     Ok(fit)
 }
@@ -131,9 +125,9 @@ fn tracks(session: &mut Session) -> impl Iterator<Item = &mut Track> {
 fn pull(session: &mut Session, robot: &Robot, fit: &Fit, round: u64) -> Result<(), DiagnoseError> {
     let mut random = Pcg64Mcg::seed_from_u64(round);
     // By how much a model is wrong, no draw of its numbers tells.
-    let misfit = fit.cost / read(session);
+    let misfit = fit.cost / readings(session);
     let share = if misfit.is_finite() { misfit.max(1.0).sqrt().recip() } else { 1.0 };
-    let others = (1..PARTICLES).map(|_| fit.drawn_plant(&session.model, share, &mut random));
+    let others = fit.drawn_plants(&session.model, share, &mut random).take(PARTICLES - 1);
     let plants: Vec<Plant> = std::iter::once(fit.plant(&session.model)).chain(others).collect();
     let runs = session.fit.iter_mut().map(|track| (track, session.fit_noise));
     let runs = runs.chain(session.held_out.iter_mut().map(|track| (track, session.noise)));
@@ -165,7 +159,7 @@ fn settle(
 /// at the effects' own starting points, if that leaves much less.
 fn settle_near(session: &mut Session, file: &Fit, fit: &Fit) -> Fit {
     let near = session.settle(file);
-    if near.cost < BEATEN * read(session) {
+    if near.cost < BEATEN * readings(session) {
         return near;
     }
     let starts = 0..session.model.starts(&file.effects);
@@ -181,9 +175,9 @@ fn settle_near(session: &mut Session, file: &Fit, fit: &Fit) -> Fit {
     session.settle(from)
 }
 
-/// How much of the held-out runs a fit does not follow, in units of the noise's mean square.
-fn misfit(session: &Session, fit: &Fit) -> f64 {
-    session.evaluate(fit).capped_square(FARTHEST * session.noise) / session.noise
+/// How much of the held-out runs a fit does not follow, in units of a noise's mean square (rad²).
+fn misfit(session: &Session, fit: &Fit, noise: f64) -> f64 {
+    session.evaluate(fit).capped_square(FARTHEST * noise) / noise
 }
 
 /// Share of the samples at which the readings say how the body pulls.
@@ -193,6 +187,6 @@ fn known(session: &Session) -> f64 {
 }
 
 /// Readings that are fitted to.
-fn read(session: &Session) -> f64 {
-    session.fit.iter().flat_map(|track| track.segments.iter().map(|one| track.read(one))).sum()
+fn readings(session: &Session) -> f64 {
+    session.fit.iter().map(Track::readings).sum()
 }
