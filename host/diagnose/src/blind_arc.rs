@@ -140,8 +140,8 @@ impl Followed {
 
 /// Follows the track's only segment from every start that needs no past.
 fn anew(track: &mut Track, plant: &Plant, window_s: f64, arc: BlindArc) -> Vec<Followed> {
-    let mut readings = rollout::guess(track, 0.25 * window_s);
-    let _ = rollout::refine(plant, track, &mut readings, &[rollout::guess(track, window_s)], ROUNDS);
+    let mut readings = rollout::guess_without_past(track, 0.25 * window_s);
+    let _ = rollout::refine(plant, track, &mut readings, &[rollout::guess_without_past(track, window_s)], ROUNDS);
     let at_rest = AT_REST.map(|share| [arc.middle + share * arc.half_width, 0.0]);
     readings.into_iter().chain(at_rest).map(|start| follow(track, plant, start, arc)).collect()
 }

@@ -746,7 +746,7 @@ pub fn prior_equations(data: &Data, squares: f64, fit: &Fit) -> Vec<(f64, f64)> 
 }
 
 /// How many residuals a fit is made to, without those that its starts take.
-fn residuals(data: &Data) -> f64 {
+pub fn residuals(data: &Data) -> f64 {
     let angles: f64 = data.tracks.iter().map(Track::readings).sum();
     let currents = data.tracks.iter().filter(|track| with_current(data, track));
     (angles + currents.map(|track| count_of_currents(track) as f64).sum::<f64>()).max(1.0)

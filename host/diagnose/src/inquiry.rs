@@ -7,6 +7,7 @@ use effects::{Coordinate, Id};
 use robot_file::robot::Robot;
 
 use super::bootstrap::Bootstrap;
+use super::fit::Fit;
 use super::ground;
 use super::odd_runs;
 use super::pairs;
@@ -86,6 +87,11 @@ fn is_even(effect: &Id) -> bool {
     effect.spec().shows_in == Coordinate::Speed
 }
 
+/// Whether more is left than a walking body may leave that is not followed to the last: what it does to the shaft is no noise to a screen.
+fn is_to_be_explained(session: &Session, baseline: &Candidate) -> bool {
+    !session.on_ground() || !ground::is_left_by_the_body(session.noise, baseline.mean_square())
+}
+
 impl Found {
     /// For comparisons.
     #[must_use]
@@ -156,6 +162,7 @@ impl<'a> Inquiry<'a> {
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
         let too_much = found.baseline.mean_square() > REMEMBERED * found.session.noise;
         let alarm = found.rest.alarm() || too_much || found.selection().any_explains();
+        let alarm = alarm && is_to_be_explained(&found.session, &found.baseline);
         found.decide(alarm);
         self.refute(&mut found, &effects);
         if found.decision.named().is_none() && is_implausible(&found.session, &found.baseline) {
@@ -213,7 +220,8 @@ impl<'a> Inquiry<'a> {
     }
 
     /// Whether a model is spoken against by what it leaves: friction that is the same all round the shaft, by a rest that follows the
-    /// angle; one that explains a part, by a rest that follows what it follows itself; and a model that is judged by the noise which another one leaves, by more of a rest than a trace.
+    /// angle; one that explains a part, by a rest that follows what it follows itself; and a model that is judged by the noise which another
+    /// one leaves, by more of a rest than a trace.
     fn is_refuted(&self, found: &Found, place: usize, effects: &[Id]) -> bool {
         let (session, model) = (&found.session, &found.candidates[place]);
         let noise = found.selection().noise;
@@ -346,7 +354,7 @@ impl<'a> Inquiry<'a> {
             if !screen.alarm() {
                 self.add_curves(&mut screen, session, baseline, &Follows::FIRST);
             }
-            if !screen.alarm() && !leaves_much(session.noise, baseline) {
+            if !is_to_be_explained(session, baseline) || !screen.alarm() && !leaves_much(session.noise, baseline) {
                 return Ok((screen, Vec::new()));
             }
             let done = AtomicUsize::new(0);
@@ -371,13 +379,10 @@ impl<'a> Inquiry<'a> {
             // body, about which the noise of a model that was lost says nothing.
             let noise = if on_ground { search::floor(session, &candidates) } else { session.noise };
             let best = search::best(&candidates).filter(|best| !reaches(noise, baseline, best));
-            let Some(best) = best.filter(|_| pass + 1 < passes) else { break };
-            let changed = if on_ground {
-                ground::follow_anew(session, self.robot, &best.fit, self.options)
-            } else {
-                session.drop_blind(&best.fit, self.options)?
-            };
-            if !changed {
+            // To follow a body anew takes as long as all else, and under a model that leaves so little it is followed well enough.
+            let looks_again = pass + 1 < passes && (!on_ground || leaves_much(noise, baseline));
+            let Some(best) = best.filter(|_| looks_again) else { break };
+            if !self.look_anew(session, &best.fit)? {
                 break;
             }
             let fit = session.settle(&baseline.fit);
@@ -387,6 +392,16 @@ impl<'a> Inquiry<'a> {
             screen = self.screen(session, baseline, effects);
         }
         Ok((screen, candidates))
+    }
+
+    /// Reads the runs anew by a model that follows them better: what the sensor showed in its blind arc, and how a walking body pulls. Whether
+    /// that changed anything.
+    fn look_anew(&self, session: &mut Session, fit: &Fit) -> Result<bool, DiagnoseError> {
+        if session.on_ground() {
+            Ok(ground::follow_anew(session, self.robot, fit, self.options))
+        } else {
+            session.drop_blind(fit, self.options)
+        }
     }
 
     /// Looks for a second effect in what a screen about the named one leaves.

@@ -265,7 +265,10 @@ fn open(
     held_out: &[Recording],
     options: &Options,
 ) -> Result<(Session, Candidate), DiagnoseError> {
-    let (mut session, fit) = Session::open(robot, fit, held_out, options)?;
+    let (mut session, mut fit) = Session::open(robot, fit, held_out, options)?;
+    if session.on_ground() {
+        fit = ground::find_body(&mut session, robot, options)?;
+    }
     let baseline = judged(&mut session, fit);
     let error = baseline.mean_square().sqrt();
     if !error.is_finite() || (error / session.noise.sqrt() > HOPELESS.0 && error > HOPELESS.1) {

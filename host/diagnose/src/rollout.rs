@@ -8,7 +8,7 @@ use effects::States;
 use hal_sim::shaft::Stepper;
 
 use super::model::{Boundary, Hidden, Plant};
-use super::track::{Segment, Track};
+use super::track::{GAP, Segment, Track};
 use common::wrap;
 
 /// Angle and speed at the start of every segment, by track.
@@ -16,6 +16,10 @@ pub type Starts = Vec<Vec<[f64; 2]>>;
 
 /// The step of a start's angle (rad) and speed (rad/s) from which sensitivities are taken.
 const STEP: [f64; 2] = [1e-4, 5e-3];
+
+/// A step promises much if it is this share of the squared error, and it is then tried at these shares of its length too.
+const PROMISED: f64 = 0.01;
+const SHORTER: [f64; 3] = [0.2, 0.08, 0.03];
 
 /// One track's rollouts, segments end to end.
 #[derive(Clone, Debug, Default)]
@@ -138,28 +142,42 @@ pub fn residual(track: &Track, segment: &Segment, sample: usize, reading: f64) -
     if segment.whole { left } else { wrap(left) }
 }
 
-/// First guess of every start: a parabola through the readings of the first `window_s`. Where a segment begins with a hole,
-/// the shaft is taken to have had the first reading's speed all along: a parabola would go astray there.
+/// First guess of every start: a parabola through the readings of `window_s` about it, or after it where none lead up to it. One through
+/// those after it alone hardly shows the speed of a shaft that turns back there, and from a guess of the other sign, with which friction and
+/// play act the other way, no step of a refinement leads to the right one. Where a segment begins with a hole, the shaft is taken to have had
+/// the first reading's speed all along: a parabola would go astray there.
 #[must_use]
 pub fn guess(track: &Track, window_s: f64) -> Vec<[f64; 2]> {
-    track
-        .segments
-        .iter()
-        .map(|segment| {
-            let read = |&k: &usize| track.weight[k] > 0.0;
-            let Some(first) = (segment.first..segment.last).find(read) else { return [0.0; 2] };
-            let t0 = track.t[first];
-            let mut points = Vec::new();
-            for k in (first..segment.last).filter(read) {
-                if track.t[k] - t0 > window_s && points.len() >= 8 {
-                    break;
-                }
-                points.push((track.t[k] - t0, track.angle[k]));
+    guesses(track, window_s, true)
+}
+
+/// The same by the readings from the start on alone, for segments before which nothing is known.
+#[must_use]
+pub fn guess_without_past(track: &Track, window_s: f64) -> Vec<[f64; 2]> {
+    guesses(track, window_s, false)
+}
+
+fn guesses(track: &Track, window_s: f64, with_past: bool) -> Vec<[f64; 2]> {
+    let gap = GAP * track.usual_step();
+    let guess = |segment: &Segment| {
+        let read = |&k: &usize| track.weight[k] > 0.0;
+        let Some(first) = (segment.first..segment.last).find(read) else { return [0.0; 2] };
+        let t0 = track.t[first];
+        let past = if with_past && first == segment.first { 0..first } else { 0..0 };
+        let leads_up = |&k: &usize| read(&k) && t0 - track.t[k] <= 0.5 * window_s && track.t[k + 1] - track.t[k] < gap;
+        let mut points: Vec<(f64, f64)> =
+            past.rev().take_while(leads_up).map(|k| (track.t[k] - t0, track.angle[k])).collect();
+        let upto = if points.is_empty() { window_s } else { 0.5 * window_s };
+        for k in (first..segment.last).filter(read) {
+            if track.t[k] - t0 > upto && points.len() >= 8 {
+                break;
             }
-            let [angle, speed] = parabola(&points);
-            [angle - speed * (t0 - track.t[segment.first]), speed]
-        })
-        .collect()
+            points.push((track.t[k] - t0, track.angle[k]));
+        }
+        let [angle, speed] = parabola(&points);
+        [angle - speed * (t0 - track.t[segment.first]), speed]
+    };
+    track.segments.iter().map(guess).collect()
 }
 
 /// Value and slope at 0 of the parabola through points.
@@ -198,16 +216,20 @@ pub fn refine(
         errors = squared_errors(track, &rolled.readings);
     }
     for _ in 0..rounds {
-        let proposal = gauss_newton(plant, track, starts, &rolled);
-        let before: f64 = errors.iter().sum();
+        let steps = gauss_newton(plant, track, starts, &rolled);
+        let (begun, before): (Vec<[f64; 2]>, f64) = (starts.to_vec(), errors.iter().sum());
         let carried = carried(track, starts, &rolled);
         keep_better(plant, track, starts, &carried, &mut rolled, &mut errors);
-        keep_better(plant, track, starts, &proposal, &mut rolled, &mut errors);
-        let half: Vec<[f64; 2]> =
-            starts.iter().zip(&proposal).map(|(a, b)| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]).collect();
-        if starts.iter().zip(&proposal).any(|(a, b)| a != b) {
-            keep_better(plant, track, starts, &half, &mut rolled, &mut errors);
+        let moved = |share: f64| -> Vec<[f64; 2]> {
+            begun.iter().zip(&steps).map(|(start, step)| step.from(*start, share)).collect()
+        };
+        keep_better(plant, track, starts, &moved(1.0), &mut rolled, &mut errors);
+        if starts.iter().zip(&moved(1.0)).any(|(a, b)| a != b) {
+            keep_better(plant, track, starts, &moved(0.5), &mut rolled, &mut errors);
         }
+        let stuck = |i: &usize| starts[*i] == begun[*i] && steps[*i].promised > PROMISED * errors[*i];
+        let stuck: Vec<usize> = (0..starts.len()).filter(stuck).collect();
+        step_shorter(plant, track, starts, &steps, &rolled, &stuck);
         // The hidden states follow the new starts.
         rolled = rollout(plant, track, starts, None, false);
         errors = squared_errors(track, &rolled.readings);
@@ -304,28 +326,69 @@ pub fn start_column(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &
     column
 }
 
+/// A step of one start.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    /// Of the angle (rad) and the speed (rad/s).
+    by: [f64; 2],
+    /// What a linear model promises that it takes from the squared error, rad².
+    promised: f64,
+}
+
+impl Step {
+    /// Where a share of it leads.
+    fn from(&self, start: [f64; 2], share: f64) -> [f64; 2] {
+        [start[0] + share * self.by[0], start[1] + share * self.by[1]]
+    }
+}
+
 /// One Gauss-Newton step of every start.
-fn gauss_newton(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Vec<[f64; 2]> {
+fn gauss_newton(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Vec<Step> {
     let [angle, speed] = start_sensitivity(plant, track, starts, rolled);
     let mut offset = 0;
-    track
-        .segments
-        .iter()
-        .zip(starts)
-        .map(|(segment, start)| {
-            let mut normal = Normal2::default();
-            for i in 0..segment.last - segment.first {
-                let k = segment.first + i;
-                if track.weight[k] > 0.0 {
-                    let r = residual(track, segment, k, rolled.readings[offset + i]);
-                    normal.add(angle[offset + i], speed[offset + i], r);
-                }
+    let step = |segment: &Segment| {
+        let mut normal = Normal2::default();
+        for i in 0..segment.last - segment.first {
+            let k = segment.first + i;
+            if track.weight[k] > 0.0 {
+                let r = residual(track, segment, k, rolled.readings[offset + i]);
+                normal.add(angle[offset + i], speed[offset + i], r);
             }
-            offset += segment.last - segment.first;
-            let step = normal.solve(normal.gradient);
-            [start[0] + step[0], start[1] + step[1]]
-        })
-        .collect()
+        }
+        offset += segment.last - segment.first;
+        let by = normal.solve(normal.gradient);
+        Step { by, promised: by[0] * normal.gradient[0] + by[1] * normal.gradient[1] }
+    };
+    track.segments.iter().map(step).collect()
+}
+
+/// Takes shorter steps of those starts for which a step promises much and neither the whole of it nor half of it brings anything: where a
+/// shaft turns back, what one more rad/s at the start does is soon another thing.
+fn step_shorter(
+    plant: &Plant,
+    track: &Track,
+    starts: &mut [[f64; 2]],
+    steps: &[Step],
+    rolled: &Rolled,
+    stuck: &[usize],
+) {
+    if stuck.is_empty() {
+        return;
+    }
+    let alone = Track { segments: stuck.iter().map(|&i| track.segments[i]).collect(), ..track.clone() };
+    let hidden: Vec<Hidden> = stuck.iter().map(|&i| rolled.hidden[i]).collect();
+    let from: Vec<[f64; 2]> = stuck.iter().map(|&i| starts[i]).collect();
+    let errors =
+        |starts: &[[f64; 2]]| squared_errors(&alone, &rollout(plant, &alone, starts, Some(&hidden), false).readings);
+    let mut least = errors(&from);
+    for share in SHORTER {
+        let moved: Vec<[f64; 2]> = stuck.iter().zip(&from).map(|(&i, start)| steps[i].from(*start, share)).collect();
+        for (((&i, moved), error), least) in stuck.iter().zip(&moved).zip(errors(&moved)).zip(&mut least) {
+            if error < *least {
+                (starts[i], *least) = (*moved, error);
+            }
+        }
+    }
 }
 
 /// Normal equations of two unknowns.

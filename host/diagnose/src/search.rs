@@ -115,7 +115,7 @@ pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<
     let shows = |id: &Id| match id.spec().acts {
         Acts::Command | Acts::Bridge => tracks().any(|track| !track.terminals_measured),
         Acts::Supply => tracks().any(|track| !track.terminals_measured && track.supply_v.is_empty()),
-        Acts::Shaft | Acts::Sensor => true,
+        Acts::Shaft | Acts::Sensor => !session.is_of_the_body(*id),
         Acts::Foot | Acts::Ground => false,
     };
     for id in asked {
@@ -123,6 +123,8 @@ pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<
             "the robot file has it already, or one that contains it"
         } else if id.spec().acts.on_the_ground() {
             "no recording of a shaft shows it"
+        } else if session.is_of_the_body(*id) {
+            "on the ground gravity pulls through the body, which the file has"
         } else if !shows(id) {
             "it lies before what these runs measured of the drive"
         } else {

@@ -11,7 +11,6 @@ use super::blind_arc::{self, BlindArc};
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit, Until};
 use super::floor::{self, Scatter};
-use super::ground;
 use super::nominal::FileModel;
 use super::probe::Shape;
 use super::rollout::{self, Rolled, Starts};
@@ -143,7 +142,7 @@ fn too_few(tracks: &[Track], horizon_s: f64) -> DiagnoseError {
 }
 
 impl Session {
-    /// Makes runs ready, refits the file's own numbers, and measures the floor.
+    /// Makes runs ready, refits the file's own numbers, and measures the floor; of a robot that walks, without its body.
     pub fn open(
         robot: &Robot,
         fit: &[Recording],
@@ -198,9 +197,6 @@ impl Session {
         if changed && session.drop_blind(&baseline, options)? {
             baseline = session.settle(&baseline);
         }
-        if on_ground {
-            baseline = ground::find_body(&mut session, robot, &file, options)?;
-        }
         Ok((session, baseline))
     }
 
@@ -225,6 +221,12 @@ impl Session {
     #[must_use]
     pub fn on_ground(&self) -> bool {
         self.fit.iter().chain(&self.held_out).any(|track| track.first_pose.is_some())
+    }
+
+    /// Whether an effect on the shaft is the body's here, which the file has: on the ground gravity pulls at the eccentric through it.
+    #[must_use]
+    pub fn is_of_the_body(&self, effect: Id) -> bool {
+        self.on_ground() && effect.name() == GravityTilt::SPEC.name
     }
 
     /// Takes over where a body's pull has been found and where it is unknown, into the runs as they were read too.

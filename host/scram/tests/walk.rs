@@ -206,3 +206,20 @@ fn a_run_that_blows_up_is_an_error_and_leaves_nothing() {
     let says = ["the run blew up: at 0.", "has a joint at", "too soft to carry the robot"];
     fails(directory.path(), "sim --robot limp.toml --seconds 0.3", 1, &says);
 }
+
+#[test]
+fn recorded_walks_are_as_their_own_file_says() {
+    let directory = temporary();
+    let at = directory.path();
+    for drive in ["freq:6.3", "freq:-6.6", "duty:1", "freq:6.8"] {
+        succeeds(at, &format!("sim --robot @/robot.toml --drive {drive} --seconds 2 --seed 5"));
+    }
+    let runs: Vec<String> = (1..5).map(|run| format!("out/run-000{run}/run.mcap")).collect();
+    let diagnose = format!("diagnose --robot @/robot.toml {} --holdout {}", runs[..3].join(" "), runs[3]);
+    let told = succeeds(at, &diagnose);
+    assert!(told.contains("nothing to explain"), "{told}");
+    // At full drive the gait never repeats, and soon no reading says where the feet are.
+    let words: Vec<&str> = told.split_whitespace().collect();
+    let left_out = words.windows(3).find(|words| words[..2] == ["left", "out"]).map(|words| words[2].parse::<f64>());
+    assert!(left_out.is_some_and(|percent| percent.is_ok_and(|percent| (10.0..80.0).contains(&percent))), "{told}");
+}

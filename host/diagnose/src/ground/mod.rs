@@ -24,8 +24,14 @@ use robot_file::robot::Robot;
 use super::DiagnoseError;
 use super::model::Plant;
 use super::track::Track;
-use particles::Pull;
+use particles::{MOST_SPREAD, Pull};
 pub use turns::{find_body, follow_anew};
+
+/// Whether bodies that the readings do not tell apart differ by as much as is left over the noise (mean squares, rad²).
+#[must_use]
+pub fn is_left_by_the_body(noise: f64, left: f64) -> bool {
+    left <= (1.0 + MOST_SPREAD) * noise
+}
 
 /// Works out anew how the body pulls at the shaft in those runs that are on the ground, whose rollouts have a length (s) and whose readings
 /// each a mean square noise (rad²), by the model of the shaft that was fitted and some that may as well be it. Each `round` tries other

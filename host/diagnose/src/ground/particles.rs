@@ -3,7 +3,8 @@
 //!
 //! Each particle is a body that is moved by what the readings, drawn anew, are followed as by one of the models of the shaft that a fit
 //! allows: an error of the sensor's curve is in no scatter of readings. After each rollout the torques of all particles are compared by how
-//! well a model of the shaft then meets the readings, and those that meet them worse go on from where the better ones are. Bodies that always go on from where they are tell how well the readings determine the walk at all.
+//! well a model of the shaft then meets the readings, and those that meet them worse go on from where the better ones are. Bodies that always
+//! go on from where they are tell how well the readings determine the walk at all.
 
 use hal_sim::body::plan::PlanError;
 use nalgebra::DVector;
@@ -17,14 +18,15 @@ use super::super::rollout::{self, Normal2};
 use super::super::track::{Cut, GAP, Segment, Track};
 use super::body::DrivenBodies;
 use super::motion::{Followed, ShaftMotion, follow};
+use common::wrap;
 
 /// Bodies that are moved: twice as many left as much unexplained of three sets of walks.
 pub const PARTICLES: usize = 12;
-/// Bodies beside them that nobody tells how well they do.
+/// Bodies beside them that nobody tells how well they do: enough to tell a spread.
 const UNGUIDED: usize = 6;
-/// A rollout that these move by more than this share of the noise's variance is left out.
-const MOST_SPREAD: f64 = 0.1;
-/// A gap in time that the shaft is followed through at most, s.
+/// A rollout that these move by more than this share of the noise's variance is left out, and that much of the others may be the body's.
+pub const MOST_SPREAD: f64 = 0.1;
+/// A gap in time that the shaft is followed through at most, s: in a longer one it turns by a third and more.
 const LONGEST_GAP_S: f64 = 0.05;
 /// Readings are drawn with this many times their noise, for particles must be where the body is for one to be kept. Three times was about
 /// as good.
@@ -62,38 +64,39 @@ pub fn estimate(
     let redrawn = |plant| follow(plant, &drawn(track, &followed, noise, &mut random)).motion;
     let mut motions: Vec<Vec<ShaftMotion>> = plants[1..].iter().map(redrawn).collect();
     motions.push(followed.motion);
-    let (guided, unguided) = (motions.as_slice(), &motions[..UNGUIDED.min(motions.len())]);
+    let (guided, unguided) = (motions.as_slice(), &motions[..UNGUIDED]);
     let mut particles = DrivenBodies::new(robot, &track.t, pose, guided.len())?;
-    let mut astray = DrivenBodies::new(robot, &track.t, pose, unguided.len())?;
-    let mut judge = Judge::new(&plants[0], track, horizon_s, noise);
+    let mut free = DrivenBodies::new(robot, &track.t, pose, unguided.len())?;
+    let mut rollouts = Rollouts::new(&plants[0], track, horizon_s, noise);
     let mut pull = Pull { torque: Vec::with_capacity(track.t.len()), unknown: vec![true; track.t.len()] };
-    let (mut best, lost) = (0, lost(track));
-    for window in 0..judge.windows.len() {
-        let Segment { first, last, .. } = judge.windows[window];
-        if last > lost {
+    // The last one follows the readings as they are.
+    let (mut best, end) = (guided.len() - 1, position_lost_at(track));
+    for window in 0..rollouts.windows.len() {
+        let Segment { first, last, .. } = rollouts.windows[window];
+        if last > end {
             break;
         }
         pull.torque.append(&mut particles.advance(first, guided).swap_remove(best));
-        let _ = astray.advance(first, unguided);
-        let torques = particles.advance(last.min(lost - 1), guided);
-        let misfits: Vec<f64> = torques.iter().map(|torque| judge.misfit(window, torque)).collect();
+        let _ = free.advance(first, unguided);
+        let torques = particles.advance(last.min(end - 1), guided);
+        let misfits: Vec<f64> = torques.iter().map(|torque| rollouts.misfit(window, torque)).collect();
         best = (0..misfits.len()).min_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
         let known = track.load_torque.get(first..last);
-        let known = known.filter(|known| judge.misfit(window, known) < misfits[best]);
+        let known = known.filter(|known| rollouts.misfit(window, known) < misfits[best]);
         pull.torque.extend_from_slice(known.unwrap_or(&torques[best]));
-        let torques = astray.advance(last.min(lost - 1), unguided);
-        let left: Vec<DVector<f64>> = torques.iter().map(|torque| judge.residuals(window, torque)).collect();
-        let is_known = spread(&left) <= MOST_SPREAD * judge.track.read(&judge.windows[window]);
+        let torques = free.advance(last.min(end - 1), unguided);
+        let left: Vec<DVector<f64>> = torques.iter().map(|torque| rollouts.residuals(window, torque)).collect();
+        let is_known = spread(&left) <= MOST_SPREAD * rollouts.track.read(&rollouts.windows[window]);
         pull.unknown[first..last].fill(!is_known);
         particles.go_on_from(&resampled(&misfits, misfits[best], random.random()));
     }
-    pull.torque.append(&mut particles.advance(lost - 1, guided).swap_remove(best));
+    pull.torque.append(&mut particles.advance(end - 1, guided).swap_remove(best));
     pull.torque.resize(track.t.len(), 0.0);
     Ok(pull)
 }
 
 /// The sample from which nothing says where the body is: after a gap in time through which the shaft is not followed.
-fn lost(track: &Track) -> usize {
+fn position_lost_at(track: &Track) -> usize {
     let longest = LONGEST_GAP_S.max(GAP * track.usual_step());
     let gap = |k: &usize| track.t[*k] - track.t[k - 1] > longest;
     (1..track.t.len()).find(gap).unwrap_or(track.t.len())
@@ -106,11 +109,11 @@ fn spread(left: &[DVector<f64>]) -> f64 {
     left.iter().map(|one| (one - &mean).norm_squared()).sum::<f64>() / count
 }
 
-/// The run with its readings drawn anew about what they are followed as.
+/// The run with its readings drawn anew about what they are followed as, on the turn that each was read on.
 fn drawn(track: &Track, followed: &Followed, noise: f64, random: &mut Pcg64Mcg) -> Track {
     let deviation = INFLATION * noise.sqrt();
     let mut scatter = || deviation * Distribution::<f64>::sample(&StandardNormal, random);
-    let angle = |(read, followed): (&f64, &f64)| if read.is_nan() { f64::NAN } else { followed + scatter() };
+    let angle = |(read, followed): (&f64, &f64)| read + wrap(followed - read) + scatter();
     Track { angle: track.angle.iter().zip(&followed.readings).map(angle).collect(), ..track.clone() }
 }
 
@@ -134,7 +137,7 @@ fn resampled(misfits: &[f64], least: f64, from: f64) -> Vec<usize> {
 }
 
 /// How well rollouts meet the readings under a torque of the body.
-struct Judge<'a> {
+struct Rollouts<'a> {
     plant: &'a Plant,
     /// Mean square of the readings' noise, rad².
     noise: f64,
@@ -150,7 +153,7 @@ struct Judge<'a> {
     places: Vec<usize>,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> Rollouts<'a> {
     fn new(plant: &'a Plant, track: &Track, horizon_s: f64, noise: f64) -> Self {
         let mut track = Track { pull_unknown: Vec::new(), ..track.clone() };
         track.cut(Cut { horizon_s, most_segments: usize::MAX });

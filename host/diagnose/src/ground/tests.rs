@@ -16,7 +16,8 @@ use super::*;
 use crate::fit::Fit;
 use crate::nominal::FileModel;
 use crate::numbers::Number;
-use crate::track::Cut;
+use crate::rollout;
+use crate::track::{Cut, Segment};
 use common::wrap;
 use recording::Recording;
 
@@ -24,16 +25,28 @@ use recording::Recording;
 const ROLLOUT_S: f64 = 0.1;
 const NOISE: f64 = 3e-5;
 
-/// A run: its readings, how its shaft really moved at their times, and the file's own model.
-fn run(place: Place, drive: &str, seconds: f64) -> (Robot, Track, Vec<ShaftMotion>, Plant) {
+/// A run of the default robot.
+fn recorded(place: Place, drive: &str, seconds: f64) -> (Robot, Recording) {
+    let (robot, recording, _) = simulated(place, drive, seconds);
+    (robot, recording)
+}
+
+/// The same, and times (s) and angles (rad) of its shaft.
+fn simulated(place: Place, drive: &str, seconds: f64) -> (Robot, Recording, [Vec<f64>; 2]) {
     let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml")).unwrap();
     let plan = Plan { drive: Drive::parse(drive).unwrap(), seconds, faults: Vec::new() };
     let ran = simulation::simulate(&robot, &robot, place, 3, &plan, &AtomicBool::new(false)).expect("the robot walks");
     let pose = ran.walk.as_ref().map_or_else(Vec::new, Walk::poses_of_rows);
     let recording = Recording { pose, ..simulation::recording(&ran.trace, &robot) };
-    let track = Track::new(&robot, &recording, 0).unwrap();
     let ticks: Vec<f64> = ran.trace.ticks.iter().map(|tick| tick.time_s).collect();
     let angles: Vec<f64> = ran.trace.ticks.iter().map(|tick| tick.truth.angle).collect();
+    (robot, recording, [ticks, angles])
+}
+
+/// A run: its readings, how its shaft really moved at their times, and the file's own model.
+fn run(place: Place, drive: &str, seconds: f64) -> (Robot, Track, Vec<ShaftMotion>, Plant) {
+    let (robot, recording, [ticks, angles]) = simulated(place, drive, seconds);
+    let track = Track::new(&robot, &recording, 0).unwrap();
     let mut truth = differentiated(&ticks, &angles);
     for (motion, late) in truth.iter_mut().zip(track.t.iter().zip(&ticks).map(|(read, tick)| read - tick)) {
         motion.angle += motion.speed * late;
@@ -98,20 +111,89 @@ fn after_a_long_gap_nothing_says_where_the_body_is() {
     let (robot, mut track, _, plant) = run(Place::Ground, "freq:6.3", 1.0);
     let gap = track.t.len() / 2;
     track.t[gap..].iter_mut().for_each(|t| *t += 3600.0);
-    let track = pulled((&robot, track, &plant), 1);
+    let track = pulled(&robot, &vec![plant; PARTICLES], track);
     let known = |samples: &[bool]| samples.iter().filter(|unknown| !**unknown).count();
     let (before, after) = track.pull_unknown.split_at(gap);
     assert!(2 * known(before) > gap && known(after) == 0, "{} and {} known", known(before), known(after));
 }
 
-/// The run after so many rounds of finding how the body pulls.
-fn pulled((robot, track, plant): (&Robot, Track, &Plant), rounds: u64) -> Track {
+/// Of a run: which samples begin a rollout in which the shaft turns back within 10 ms.
+fn turning_back(track: &Track, truth: &[ShaftMotion], steps: usize) -> Vec<usize> {
+    let read = |k: usize| (k - 20..k + 20).all(|k| track.weight[k] > 0.0);
+    let turns_back = |k: &usize| truth[*k].speed * truth[k + 10].speed < 0.0 && truth[*k].speed.abs() > 8.0 && read(*k);
+    (20..track.t.len() - steps).filter(turns_back).collect()
+}
+
+#[test]
+fn a_rollout_that_begins_where_the_shaft_turns_back_is_followed() {
+    let (_, track, truth, plant) = run(Place::Bench, "oscillate:-60..60", 3.0);
+    let steps = (ROLLOUT_S / track.usual_step()) as usize;
+    let begun = turning_back(&track, &truth, steps);
+    // As where nothing says how the body pulled before.
+    let segment = |&first: &usize| Segment { first, last: first + steps, linked: false, whole: false };
+    let track = Track { segments: begun.iter().map(segment).collect(), ..track };
+    let mut starts = rollout::guess(&track, 0.25 * ROLLOUT_S);
+    let _ = rollout::refine(&plant, &track, &mut starts, &[], 6);
+    let off = |(&k, start): (&usize, &[f64; 2])| (start[1] - truth[k].speed).abs();
+    let far = begun.iter().zip(&starts).map(off).filter(|off| *off > 8.0).count();
+    // A start on the other side of rest is off by 8 rad/s at least.
+    assert!(begun.len() > 5 && far == 0, "{far} of {} starts", begun.len());
+}
+
+#[test]
+fn a_start_is_refined_from_afar_where_the_shaft_turns_back() {
+    let (_, track, truth, plant) = run(Place::Bench, "oscillate:-60..60", 3.0);
+    let steps = (ROLLOUT_S / track.usual_step()) as usize;
+    let begun = turning_back(&track, &truth, steps);
+    let segment = |&first: &usize| Segment { first, last: first + steps, linked: false, whole: false };
+    let track = Track { segments: begun.iter().map(segment).collect(), ..track };
+    let refined = |off: [f64; 2]| {
+        let near = rollout::guess(&track, 0.25 * ROLLOUT_S);
+        let mut starts: Vec<[f64; 2]> = near.iter().map(|start| [start[0] + off[0], start[1] + off[1]]).collect();
+        rollout::refine(&plant, &track, &mut starts, &[], 12).1
+    };
+    let near = refined([0.0, 0.0]);
+    let afar = [[0.1, 10.0], [-0.1, 10.0], [0.1, -10.0], [-0.1, -10.0]].map(refined);
+    let stuck = afar.iter().flat_map(|one| one.iter().zip(&near)).filter(|(afar, near)| **afar > 1.5 * **near).count();
+    // By whole and half steps alone 12 of 32 do not arrive. Nearly at rest, what no sensor sees there decides.
+    assert!(near.len() >= 8 && stuck <= 6, "{stuck} of {} starts", 4 * near.len());
+}
+
+#[test]
+fn walks_of_which_hardly_anything_is_known_are_refused() {
+    // After a tenth of a second nothing says where the body is.
+    let broken_off = |drive: &str| {
+        let (robot, mut recording) = recorded(Place::Ground, drive, 0.6);
+        recording.t_s.iter_mut().skip(100).for_each(|t| *t += 3600.0);
+        (robot, recording)
+    };
+    let (robot, runs): (Vec<Robot>, Vec<Recording>) =
+        ["freq:6.3", "freq:-6.6", "freq:6.8"].map(broken_off).into_iter().unzip();
+    let refused = crate::misfit(&robot[0], &runs[..2], &runs[2..], &crate::Options::default()).unwrap_err();
+    assert!(refused.to_string().contains("how the walking body pulls"), "{refused}");
+}
+
+/// The run after two rounds of finding how the body pulls, by models of the shaft.
+fn pulled(robot: &Robot, plants: &[Plant], track: Track) -> Track {
     let mut track = track;
-    for round in 0..rounds {
-        update_pull(robot, &vec![plant.clone(); PARTICLES], std::iter::once((&mut track, NOISE)), ROLLOUT_S, round)
-            .unwrap();
+    for round in 0..2 {
+        update_pull(robot, plants, std::iter::once((&mut track, NOISE)), ROLLOUT_S, round).unwrap();
     }
     track
+}
+
+/// Models of the file's shaft whose sensor's curve is known to a third of a degree.
+fn with_uncertain_curve(robot: &Robot) -> Vec<Plant> {
+    let model = FileModel::new(robot);
+    let mut fit = Fit::begin(&model, &[], 0, Vec::new());
+    for (place, one) in fit.free.iter().enumerate() {
+        if ["cos1", "sin1", "cos2", "sin2"].iter().any(|term| one.number == Number::OfEffect(term)) {
+            fit.covariance[(place, place)] = 0.1;
+        }
+    }
+    let mut random = Pcg64Mcg::seed_from_u64(7);
+    let drawn = fit.drawn_plants(&model, 1.0, &mut random).take(PARTICLES - 1);
+    std::iter::once(fit.plant(&model)).chain(drawn).collect()
 }
 
 /// Share of a run's rollouts that are left.
@@ -127,7 +209,7 @@ fn left(track: &Track) -> f64 {
 #[test]
 fn how_a_body_pulls_is_found_where_its_gait_repeats() {
     let (robot, track, truth, plant) = run(Place::Ground, "freq:6.3", 2.0);
-    let steady = pulled((&robot, track, &plant), 2);
+    let steady = pulled(&robot, &vec![plant; PARTICLES], track);
     let mut body = DrivenBodies::new(&robot, &steady.t, steady.first_pose.unwrap(), 1).unwrap();
     let real = body.advance(steady.t.len() - 1, &[truth]).swap_remove(0);
     let size = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>().sqrt();
@@ -139,9 +221,11 @@ fn how_a_body_pulls_is_found_where_its_gait_repeats() {
 
 #[test]
 fn where_a_gait_does_not_repeat_rollouts_are_left_out() {
-    let (robot, track, _, plant) = run(Place::Ground, "oscillate:-100..100", 4.0);
-    let jumping = pulled((&robot, track, &plant), 1);
-    assert!(left(&jumping) < 1.0, "{} left", left(&jumping));
+    let [steady, swinging] = ["freq:6.3", "oscillate:-100..100"].map(|drive| {
+        let (robot, track, ..) = run(Place::Ground, drive, 4.0);
+        left(&pulled(&robot, &with_uncertain_curve(&robot), track))
+    });
+    assert!(swinging > 0.1 && swinging < steady - 0.2, "{swinging} and {steady} left");
 }
 
 #[test]

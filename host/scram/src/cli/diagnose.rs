@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use diagnose::{Detail, Diagnosis, FittedParameter, MOST_SAMPLES, Options, Progress, Verdict, diagnose, extend};
+use diagnose::{
+    Detail, Diagnosis, FittedParameter, MOST_SAMPLES, Options, Progress, RunUse, Verdict, diagnose, extend,
+};
 use effects::Id;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Report, miette};
@@ -305,6 +307,14 @@ pub fn progress() -> Progress {
     })
 }
 
+/// Readings of walks about which it is unknown how the body pulls at the shaft; `None` where that is next to nothing, as on a bench.
+fn left_out_percent(d: &Diagnosis) -> Option<f64> {
+    let sum = |count: fn(&RunUse) -> usize| d.detail.runs.iter().map(count).sum::<usize>() as f64;
+    let (unknown, readings) = (sum(|run| run.pull_unknown), sum(|run| run.samples - run.missing));
+    let percent = 100.0 * unknown / readings;
+    (percent >= 0.5).then_some(percent)
+}
+
 fn facts(d: &Diagnosis) -> Vec<(&'static str, String)> {
     let floor = |error: f64| format!("{:.4}° ({:.2} × noise floor)", error.to_degrees(), error / d.noise_floor);
     let mut rows = vec![("verdict", d.verdict.word().to_owned())];
@@ -317,6 +327,12 @@ fn facts(d: &Diagnosis) -> Vec<(&'static str, String)> {
     }
     if d.verdict == Verdict::Ambiguous {
         rows.extend(d.models[1..].iter().map(|model| ("or", model.join(" and "))));
+    }
+    if let Some(percent) = left_out_percent(d) {
+        rows.push((
+            "left out",
+            format!("{percent:.0} % of the readings: nothing says how the walking body pulls there"),
+        ));
     }
     rows.push(("held-out rollout error, before", floor(d.before)));
     rows.push(("held-out rollout error, after", floor(d.after)));
