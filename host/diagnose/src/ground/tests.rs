@@ -117,36 +117,32 @@ fn after_a_long_gap_nothing_says_where_the_body_is() {
     assert!(2 * known(before) > gap && known(after) == 0, "{} and {} known", known(before), known(after));
 }
 
-/// Of a run: which samples begin a rollout in which the shaft turns back within 10 ms.
-fn turning_back(track: &Track, truth: &[ShaftMotion], steps: usize) -> Vec<usize> {
+/// Rollouts that begin less than 10 ms before the shaft turns back, as where nothing says how a body pulled before; the file's own model; and
+/// how fast the shaft was at each start, rad/s.
+fn turning_back() -> (Track, Plant, Vec<f64>) {
+    let (_, track, truth, plant) = run(Place::Bench, "oscillate:-60..60", 3.0);
+    let steps = (ROLLOUT_S / track.usual_step()) as usize;
     let read = |k: usize| (k - 20..k + 20).all(|k| track.weight[k] > 0.0);
     let turns_back = |k: &usize| truth[*k].speed * truth[k + 10].speed < 0.0 && truth[*k].speed.abs() > 8.0 && read(*k);
-    (20..track.t.len() - steps).filter(turns_back).collect()
+    let begun: Vec<usize> = (20..track.t.len() - steps).filter(turns_back).collect();
+    let segment = |&first: &usize| Segment { first, last: first + steps, linked: false, whole: false };
+    let speeds = begun.iter().map(|&k| truth[k].speed).collect();
+    (Track { segments: begun.iter().map(segment).collect(), ..track }, plant, speeds)
 }
 
 #[test]
 fn a_rollout_that_begins_where_the_shaft_turns_back_is_followed() {
-    let (_, track, truth, plant) = run(Place::Bench, "oscillate:-60..60", 3.0);
-    let steps = (ROLLOUT_S / track.usual_step()) as usize;
-    let begun = turning_back(&track, &truth, steps);
-    // As where nothing says how the body pulled before.
-    let segment = |&first: &usize| Segment { first, last: first + steps, linked: false, whole: false };
-    let track = Track { segments: begun.iter().map(segment).collect(), ..track };
+    let (track, plant, speeds) = turning_back();
     let mut starts = rollout::guess(&track, 0.25 * ROLLOUT_S);
     let _ = rollout::refine(&plant, &track, &mut starts, &[], 6);
-    let off = |(&k, start): (&usize, &[f64; 2])| (start[1] - truth[k].speed).abs();
-    let far = begun.iter().zip(&starts).map(off).filter(|off| *off > 8.0).count();
     // A start on the other side of rest is off by 8 rad/s at least.
-    assert!(begun.len() > 5 && far == 0, "{far} of {} starts", begun.len());
+    let far = starts.iter().zip(&speeds).filter(|(start, speed)| (start[1] - **speed).abs() > 8.0).count();
+    assert!(speeds.len() > 5 && far == 0, "{far} of {} starts", speeds.len());
 }
 
 #[test]
 fn a_start_is_refined_from_afar_where_the_shaft_turns_back() {
-    let (_, track, truth, plant) = run(Place::Bench, "oscillate:-60..60", 3.0);
-    let steps = (ROLLOUT_S / track.usual_step()) as usize;
-    let begun = turning_back(&track, &truth, steps);
-    let segment = |&first: &usize| Segment { first, last: first + steps, linked: false, whole: false };
-    let track = Track { segments: begun.iter().map(segment).collect(), ..track };
+    let (track, plant, _) = turning_back();
     let refined = |off: [f64; 2]| {
         let near = rollout::guess(&track, 0.25 * ROLLOUT_S);
         let mut starts: Vec<[f64; 2]> = near.iter().map(|start| [start[0] + off[0], start[1] + off[1]]).collect();
