@@ -223,13 +223,14 @@ pub fn refine(
         let moved = |share: f64| -> Vec<[f64; 2]> {
             begun.iter().zip(&steps).map(|(start, step)| step.from(*start, share)).collect()
         };
-        keep_better(plant, track, starts, &moved(1.0), &mut rolled, &mut errors);
-        if starts.iter().zip(&moved(1.0)).any(|(a, b)| a != b) {
+        let whole = moved(1.0);
+        keep_better(plant, track, starts, &whole, &mut rolled, &mut errors);
+        if *starts != whole {
             keep_better(plant, track, starts, &moved(0.5), &mut rolled, &mut errors);
         }
         let stuck = |i: &usize| starts[*i] == begun[*i] && steps[*i].promised > PROMISED * errors[*i];
         let stuck: Vec<usize> = (0..starts.len()).filter(stuck).collect();
-        step_shorter(plant, track, starts, &steps, &rolled, &stuck);
+        step_shorter(plant, track, starts, &steps, (&rolled.hidden, &errors), &stuck);
         // The hidden states follow the new starts.
         rolled = rollout(plant, track, starts, None, false);
         errors = squared_errors(track, &rolled.readings);
@@ -369,21 +370,20 @@ fn step_shorter(
     track: &Track,
     starts: &mut [[f64; 2]],
     steps: &[Step],
-    rolled: &Rolled,
+    (hidden, errors): (&[Hidden], &[f64]),
     stuck: &[usize],
 ) {
     if stuck.is_empty() {
         return;
     }
     let alone = Track { segments: stuck.iter().map(|&i| track.segments[i]).collect(), ..track.clone() };
-    let hidden: Vec<Hidden> = stuck.iter().map(|&i| rolled.hidden[i]).collect();
+    let hidden: Vec<Hidden> = stuck.iter().map(|&i| hidden[i]).collect();
     let from: Vec<[f64; 2]> = stuck.iter().map(|&i| starts[i]).collect();
-    let errors =
-        |starts: &[[f64; 2]]| squared_errors(&alone, &rollout(plant, &alone, starts, Some(&hidden), false).readings);
-    let mut least = errors(&from);
+    let mut least: Vec<f64> = stuck.iter().map(|&i| errors[i]).collect();
     for share in SHORTER {
         let moved: Vec<[f64; 2]> = stuck.iter().zip(&from).map(|(&i, start)| steps[i].from(*start, share)).collect();
-        for (((&i, moved), error), least) in stuck.iter().zip(&moved).zip(errors(&moved)).zip(&mut least) {
+        let tried = squared_errors(&alone, &rollout(plant, &alone, &moved, Some(&hidden), false).readings);
+        for (((&i, moved), error), least) in stuck.iter().zip(&moved).zip(tried).zip(&mut least) {
             if error < *least {
                 (starts[i], *least) = (*moved, error);
             }
