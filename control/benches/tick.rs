@@ -7,7 +7,7 @@ fn main() {
 }
 
 /// The robot's default design, as `scram design` fills it in.
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/suite/common/mod.rs"]
 mod common;
 
 fn ticking(bencher: divan::Bencher<'_, '_>, command: Command) {

@@ -54,7 +54,7 @@ pub struct Settings {
 
 impl Default for Settings {
     /// Ten steps of 0.1 ms: after 2 s and 13 hard reversals the default robot is within 1e-3 rad, less than one code of
-    /// its converter, of where ten times finer steps lead (hal-sim/tests/convergence.rs prints the figures).
+    /// its converter, of where ten times finer steps lead (hal-sim/tests/suite/convergence.rs prints the figures).
     fn default() -> Self {
         Self {
             steps_per_tick: 10,

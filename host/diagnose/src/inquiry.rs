@@ -87,11 +87,6 @@ fn is_even(effect: &Id) -> bool {
     effect.spec().shows_in == Coordinate::Speed
 }
 
-/// Whether more is left than a walking body may leave that is not followed to the last: what it does to the shaft is no noise to a screen.
-fn is_to_be_explained(session: &Session, baseline: &Candidate) -> bool {
-    !session.on_ground() || !ground::is_left_by_the_body(session.noise, baseline.mean_square())
-}
-
 impl Found {
     /// For comparisons.
     #[must_use]
@@ -162,7 +157,7 @@ impl<'a> Inquiry<'a> {
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
         let too_much = found.baseline.mean_square() > REMEMBERED * found.session.noise;
         let alarm = found.rest.alarm() || too_much || found.selection().any_explains();
-        let alarm = alarm && is_to_be_explained(&found.session, &found.baseline);
+        let alarm = alarm && found.session.is_to_be_explained(found.baseline.mean_square());
         found.decide(alarm);
         self.refute(&mut found, &effects);
         if found.decision.named().is_none() && is_implausible(&found.session, &found.baseline) {
@@ -354,7 +349,8 @@ impl<'a> Inquiry<'a> {
             if !screen.alarm() {
                 self.add_curves(&mut screen, session, baseline, &Follows::FIRST);
             }
-            if !is_to_be_explained(session, baseline) || !screen.alarm() && !leaves_much(session.noise, baseline) {
+            let seen = screen.alarm() || leaves_much(session.noise, baseline);
+            if !seen || !session.is_to_be_explained(baseline.mean_square()) {
                 return Ok((screen, Vec::new()));
             }
             let done = AtomicUsize::new(0);

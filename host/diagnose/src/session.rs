@@ -11,6 +11,7 @@ use super::blind_arc::{self, BlindArc};
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit, Until};
 use super::floor::{self, Scatter};
+use super::ground;
 use super::nominal::FileModel;
 use super::probe::Shape;
 use super::rollout::{self, Rolled, Starts};
@@ -227,6 +228,13 @@ impl Session {
     #[must_use]
     pub fn is_of_the_body(&self, effect: Id) -> bool {
         self.on_ground() && effect.name() == GravityTilt::SPEC.name
+    }
+
+    /// Whether a mean square (rad²) that is left of the held-out runs asks for an effect. A walking body that is not followed to the last
+    /// may leave a little, and what it does to the shaft is no noise to a screen.
+    #[must_use]
+    pub fn is_to_be_explained(&self, left: f64) -> bool {
+        !self.on_ground() || !ground::is_left_by_the_body(self.noise, left)
     }
 
     /// Takes over where a body's pull has been found and where it is unknown, into the runs as they were read too.

@@ -1,5 +1,5 @@
 //! The figures on the body that the project promises: beside MuJoCo, beside its own limit of small steps, and against the
-//! clock. `body_figures` (the binary) prints them all; `tests/tests/body_small.rs` runs what is quick.
+//! clock. `body_figures` (the binary) prints them all; `tests/tests/suite/body_small.rs` runs what is quick.
 
 pub mod air;
 pub mod backbone;

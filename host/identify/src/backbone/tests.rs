@@ -1,5 +1,5 @@
 //! Mechanics, on oscillations that the model itself made: what was put in comes out. Whether it holds against another simulator's
-//! is the system tests' business (`tests/tests/backbone.rs`).
+//! is the system tests' business (`tests/src/body/backbone.rs`).
 
 use std::path::Path;
 

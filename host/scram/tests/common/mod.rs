@@ -1,6 +1,6 @@
 //! What several tests need.
 
-#![allow(dead_code, reason = "every test binary uses its own part of this")]
+#![allow(dead_code, reason = "each of the two programs of tests uses its part")]
 
 #[path = "../../../link/tests/common/bench.rs"]
 pub mod bench;

@@ -1,0 +1,31 @@
+//! All tests of the simulated hardware, in one program: it is linked once, and its tests share both cores.
+
+mod adversary;
+mod body_cantilever;
+mod body_chains;
+mod body_contact;
+mod body_flight;
+mod body_hanging;
+mod body_refused;
+mod body_sliding;
+mod body_uneven;
+mod body_values;
+mod body_walls;
+mod closed_forms;
+mod common;
+mod convergence;
+mod determinism;
+mod driver;
+mod electric;
+mod energy;
+mod faults;
+mod following;
+mod friction;
+mod radio;
+mod robots;
+mod second_sensor;
+mod sensor;
+mod supply;
+mod torques;
+mod two_masses;
+mod walking;

@@ -1,0 +1,201 @@
+//! A load behind a spring, with and without play: closed forms, and the energy that no step makes.
+
+use std::f64::consts::TAU;
+
+use crate::common::{LINEAR, apart, coulomb, driven};
+use effects::{Backlash, Laws, ShaftCompliance};
+use hal_sim::shaft::{Shaft, ShaftState, Terminals};
+
+const SPRING: ShaftCompliance = ShaftCompliance { stiffness_nm_per_rad: 4e-3, damping_ratio: 0.0, load_share: 0.3 };
+const PLAY: Backlash = Backlash { gap_rad: 0.1, stiffness_nm_per_rad: 2.0, damping_ratio: 0.0, load_share: 0.3 };
+
+/// A motor that nothing brakes.
+fn free(laws: Laws) -> Shaft {
+    Shaft { viscous: 0.0, laws, ..LINEAR }
+}
+
+fn spring(law: ShaftCompliance) -> Laws {
+    Laws { shaft_compliance: Some(law), ..Laws::NONE }
+}
+
+fn play(law: Backlash) -> Laws {
+    Laws { backlash: Some(law), ..Laws::NONE }
+}
+
+/// Kinetic energy of both and what is in the spring, J.
+fn energy(shaft: &Shaft, state: &ShaftState) -> f64 {
+    let law = shaft.laws.coupling().unwrap();
+    let load = law.load_share * shaft.inertia_kg_m2;
+    let depth = (state.twist.abs() - law.half_gap).max(0.0);
+    0.5 * load * state.speed.powi(2)
+        + 0.5 * (shaft.inertia_kg_m2 - load) * (state.speed + state.twist_rate).powi(2)
+        + 0.5 * law.stiffness * depth * depth
+}
+
+fn momentum(shaft: &Shaft, state: &ShaftState) -> f64 {
+    let law = shaft.laws.coupling().unwrap();
+    shaft.inertia_kg_m2 * (state.speed + (1.0 - law.load_share) * state.twist_rate)
+}
+
+#[test]
+fn two_inertias_ring_at_their_frequency_and_decay_with_their_damping() {
+    let (j, share) = (LINEAR.inertia_kg_m2, SPRING.load_share);
+    let (motor, load) = ((1.0 - share) * j, share * j);
+    let natural = (SPRING.stiffness_nm_per_rad * (1.0 / motor + 1.0 / load)).sqrt();
+    for damping_ratio in [0.0, 0.05] {
+        let shaft = free(spring(ShaftCompliance { damping_ratio, ..SPRING }));
+        let stepper = shaft.stepper(1e-4);
+        let mut state = ShaftState { twist: 0.1, ..ShaftState::default() };
+        let (mut crossings, mut peaks) = (Vec::new(), Vec::new());
+        let mut last = state;
+        for n in 0..10_000 {
+            stepper.advance(&mut state, Terminals::Open);
+            if last.twist < 0.0 && state.twist >= 0.0 {
+                crossings.push((f64::from(n) + last.twist / (last.twist - state.twist)) * 1e-4);
+            }
+            if last.twist_rate > 0.0 && state.twist_rate <= 0.0 {
+                peaks.push(state.twist.max(last.twist));
+            }
+            last = state;
+        }
+        let frequency = (crossings.len() - 1) as f64 / (crossings[crossings.len() - 1] - crossings[0]);
+        let expected = natural * (1.0f64 - damping_ratio * damping_ratio).sqrt() / TAU;
+        assert!(apart(frequency, expected) < 2e-3, "{frequency} Hz, {expected} expected");
+        let decrement = (peaks[0] / peaks[5]).ln() / 5.0;
+        let expected = TAU * damping_ratio / (1.0f64 - damping_ratio * damping_ratio).sqrt();
+        assert!((decrement - expected).abs() < 5e-3, "{decrement}, {expected} expected");
+        // The load swings against the motor, by as much as it is lighter.
+        assert!(momentum(&shaft, &state).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn a_stiff_spring_is_a_rigid_shaft() {
+    for laws in [coulomb(5e-4, 3e-3), Laws::NONE] {
+        let rigid = Shaft { laws, ..LINEAR };
+        let law = ShaftCompliance { stiffness_nm_per_rad: 50.0, damping_ratio: 0.5, load_share: 0.3 };
+        let stiff = Shaft { laws: Laws { shaft_compliance: Some(law), ..laws }, ..LINEAR };
+        let end = |shaft: &Shaft| {
+            let stepper = shaft.stepper(1e-4);
+            let mut state = ShaftState::default();
+            for n in 0..6000 {
+                stepper.advance(&mut state, driven(4.0 * (0.003 * f64::from(n)).sin()));
+            }
+            state
+        };
+        let (rigid, stiff) = (end(&rigid), end(&stiff));
+        assert!((rigid.angle - stiff.angle).abs() < 2e-3, "{} and {} rad", rigid.angle, stiff.angle);
+        assert!((rigid.speed - stiff.speed).abs() < 2e-2, "{} and {} rad/s", rigid.speed, stiff.speed);
+    }
+}
+
+#[test]
+fn a_torque_on_the_load_comes_to_the_motor_through_the_spring() {
+    // Both accelerate with τ/J on average, and the spring carries the motor's share of it.
+    let shaft = free(spring(ShaftCompliance { damping_ratio: 1.0, ..SPRING }));
+    let stepper = shaft.stepper(1e-4);
+    let mut state = ShaftState::default();
+    let torque = 1e-4;
+    for _ in 0..20_000 {
+        stepper.advance_under(&mut state, Terminals::Open, torque);
+    }
+    let speed = torque * 2.0 / shaft.inertia_kg_m2;
+    assert!(apart(state.speed, speed) < 1e-3, "{} rad/s, {speed} expected", state.speed);
+    let behind = -torque * (1.0 - SPRING.load_share) / SPRING.stiffness_nm_per_rad;
+    assert!(apart(state.twist, behind) < 1e-6, "{} rad, {behind} expected", state.twist);
+}
+
+#[test]
+fn play_is_crossed_in_its_time_and_nothing_pulls_before() {
+    let shaft = free(play(PLAY));
+    let stepper = shaft.stepper(1e-5);
+    // The motor turns alone: 0.1 rad at 10 rad/s.
+    let mut state = ShaftState { twist: -0.05, twist_rate: 10.0, ..ShaftState::default() };
+    let mut time = 0.0f64;
+    while state.speed == 0.0 {
+        stepper.advance(&mut state, Terminals::Open);
+        time += 1e-5;
+    }
+    assert!((time - 0.01).abs() < 2e-5, "{time} s");
+    // An elastic blow: the motor goes on with (m − l)/(m + l) of its speed, the load with 2m/(m + l).
+    while state.twist > 0.04 {
+        stepper.advance(&mut state, Terminals::Open);
+    }
+    assert!(apart(state.speed, 10.0 * 2.0 * 0.7) < 1e-6, "{} rad/s", state.speed);
+    assert!(apart(state.speed + state.twist_rate, 10.0 * 0.4) < 1e-6, "{} rad/s", state.speed + state.twist_rate);
+}
+
+#[test]
+fn no_step_makes_energy_and_momentum_stays() {
+    for (damping_ratio, gap_rad) in [(0.0, 0.1), (0.3, 0.1), (0.3, 1e-3), (2.0, 0.02)] {
+        // Up to teeth that are a thousand times stiffer than a step follows.
+        for stiffness_nm_per_rad in [0.02, 2.0, 2e3] {
+            for step in [1e-4, 1.5e-3] {
+                let law = Backlash { damping_ratio, gap_rad, stiffness_nm_per_rad, ..PLAY };
+                let shaft = free(play(law));
+                let stepper = shaft.stepper(step);
+                let mut state = ShaftState { twist_rate: 37.0, ..ShaftState::default() };
+                let (first, carried) = (energy(&shaft, &state), momentum(&shaft, &state));
+                let mut last = first;
+                for n in 0..3000 {
+                    stepper.advance(&mut state, Terminals::Open);
+                    let now = energy(&shaft, &state);
+                    let what = format!("{law:?}, {step} s, step {n}: {now} J after {last} J");
+                    assert!(now <= last * (1.0 + 1e-9), "{what}");
+                    assert!(damping_ratio > 0.0 || apart(now, first) < 1e-6, "{what}");
+                    assert!(apart(momentum(&shaft, &state), carried) < 1e-9, "{what}");
+                    last = now;
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn teeth_push_and_do_not_pull() {
+    let shaft = free(play(Backlash { damping_ratio: 1.5, ..PLAY }));
+    let stepper = shaft.stepper(2e-5);
+    let mut state = ShaftState { twist: 0.04, twist_rate: 25.0, ..ShaftState::default() };
+    let mut pushed = 0.0f64;
+    for _ in 0..2000 {
+        let side = state.twist;
+        let means = stepper.advance(&mut state, Terminals::Open);
+        assert!(means.coupling_nm * side >= 0.0, "{} N·m at {side} rad", means.coupling_nm);
+        pushed = pushed.max(means.coupling_nm.abs());
+    }
+    assert!(pushed > 1e-3);
+}
+
+#[test]
+fn a_finer_step_leads_to_the_same() {
+    // Driven to and fro through the play, with friction in the motor: the plant's step against one twenty times finer.
+    let law = Backlash { damping_ratio: 0.3, ..PLAY };
+    let shaft = Shaft { laws: Laws { backlash: Some(law), ..coulomb(3e-4, 3e-3) }, ..LINEAR };
+    let end = |step: f64| {
+        let stepper = shaft.stepper(step);
+        let mut state = ShaftState::default();
+        let mut angles = Vec::new();
+        for n in 0..(0.4 / step).round() as usize {
+            // The voltage at the middle of the step: what is left is the mechanics' own error.
+            let time = (n as f64 + 0.5) * step;
+            stepper.advance(&mut state, driven(3.0 * (TAU * 5.0 * time).sin()));
+            if (n + 1) % (0.01 / step).round() as usize == 0 {
+                angles.push(state.angle);
+            }
+        }
+        angles
+    };
+    let (fine, usual) = (end(5e-6), end(1e-4));
+    let worst = fine.iter().zip(&usual).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 3e-3, "{worst} rad");
+    let swing = fine.iter().fold(0.0f64, |most, angle| most.max(angle.abs()));
+    assert!(swing > 0.5, "{swing} rad");
+}
+
+#[test]
+fn springs_in_a_row_give_way_together() {
+    let laws = Laws { backlash: Some(PLAY), ..spring(SPRING) };
+    let both = laws.coupling().unwrap();
+    assert_eq!((both.half_gap, both.load_share), (0.05, 0.3));
+    assert!(apart(1.0 / both.stiffness, 1.0 / 4e-3 + 1.0 / 2.0) < 1e-12);
+}
