@@ -2,6 +2,7 @@
 
 use diagnose::Verdict;
 use diagnose::walk::WalkDiagnosis;
+use identify::robot::Parameter;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -30,6 +31,10 @@ pub struct Outcome {
     pub after_over_mean: f64,
     /// Root mean square at ±6 Hz over that at ±8 Hz of what the model leaves, before and after.
     pub slow_over_fast: [f64; 2],
+    /// Of the file's numbers, which were drawn: how many lie in their 90 % intervals, and how many there are.
+    pub within: [usize; 2],
+    /// The same of those that the speeds tell.
+    pub told_within: [usize; 2],
     /// Sets of numbers simulated.
     pub simulated: usize,
     /// How long it took, s.
@@ -58,6 +63,7 @@ impl Outcome {
             .filter_map(|(after, scatter)| Some((*after)? / (*scatter)?))
             .collect();
         let after_over_mean = root_mean_square(&shares);
+        let drawn = truth.numbers();
         Self {
             number: truth.number,
             hidden,
@@ -68,6 +74,8 @@ impl Outcome {
             after_over_scatter: after_over_mean / (REPEATS as f64).sqrt(),
             after_over_mean,
             slow_over_fast: slow_over_fast(found),
+            within: within(&found.parameters, &drawn, |_| true),
+            told_within: within(&found.parameters, &drawn, |one| one.told),
             simulated: found.simulated,
             seconds,
         }
@@ -115,6 +123,17 @@ fn shown_misfit(found: &WalkDiagnosis) -> f64 {
     let named: Vec<&String> = found.causes.iter().map(|cause| &cause.effect).collect();
     let shown = found.models.iter().find(|model| model.effects.iter().collect::<Vec<_>>() == named);
     shown.and_then(|model| model.misfit).unwrap_or(f64::NAN)
+}
+
+/// How many of some numbers that were drawn lie in the intervals that were found, and how many these numbers are.
+fn within(found: &[Parameter], drawn: &[(String, f64)], some: impl Fn(&Parameter) -> bool) -> [usize; 2] {
+    let value = |one: &Parameter| drawn.iter().find(|(path, _)| *path == one.path).map(|(_, value)| *value);
+    let judged: Vec<bool> = found
+        .iter()
+        .filter(|one| some(one))
+        .filter_map(|one| value(one).map(|value| (one.low..=one.high).contains(&value)))
+        .collect();
+    [judged.iter().filter(|within| **within).count(), judged.len()]
 }
 
 /// How far the model is off at the lowest frequency against the highest, before and after.
@@ -200,6 +219,7 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
             FigureRow::new(what, "1.25", told, median <= 1.25, json!(median))
         });
     }
+    rows.extend(covered(outcomes));
     let mut seconds: Vec<f64> = outcomes.iter().map(|one| one.seconds).collect();
     if let Some(median) = common::median(&mut seconds) {
         let most = seconds.iter().copied().fold(0.0, f64::max);
@@ -210,4 +230,53 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
         ));
     }
     rows
+}
+
+/// How often intervals hold the file's numbers, where the model is the right one.
+fn covered(outcomes: &[Outcome]) -> Option<FigureRow> {
+    let right: Vec<&Outcome> =
+        outcomes.iter().filter(|one| one.right() && !one.hidden.starts_with("outside")).collect();
+    let sum = |of: fn(&Outcome) -> [usize; 2]| {
+        right.iter().map(|one| of(one)).fold([0, 0], |sum, one| [sum[0] + one[0], sum[1] + one[1]])
+    };
+    let ([within, all], [told_within, told]) = (sum(|one| one.within), sum(|one| one.told_within));
+    let what = "of those named right or lacking nothing: the file's numbers in their 90 % intervals";
+    let measured = format!("{within} of {all}; of those that the speeds tell {told_within} of {told}");
+    let numbers = json!({ "within": within, "of": all, "told_within": told_within, "told": told });
+    let share = within as f64 / all.max(1) as f64;
+    match right.len() {
+        0 => None,
+        few if few < FEW => Some(FigureRow::beside(what, measured, numbers)),
+        _ => Some(FigureRow::new(what, "85 to 95 %", measured, (0.85..=0.95).contains(&share), numbers)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::walks::truths;
+
+    #[test]
+    fn drawn_numbers_are_counted_in_the_intervals_that_were_found() {
+        let drawn = truths(1, 0, 1, 0)[0].numbers();
+        assert!(drawn.len() == 13 && drawn.iter().all(|(path, _)| !path.contains("servo")), "{drawn:?}");
+        let found = |share: f64, told: bool| -> Vec<Parameter> {
+            let interval = |path: &String, value: f64| Parameter {
+                path: path.clone(),
+                value,
+                low: 0.99 * value,
+                high: 1.01 * value,
+                file: value,
+                left: 0.5,
+                told,
+            };
+            drawn.iter().map(|(path, value)| interval(path, share * value)).collect()
+        };
+        let found = [found(1.0, true).split_off(1), found(1.1, false).split_off(11)].concat();
+        assert_eq!(within(&found, &drawn, |_| true), [12, 14]);
+        assert_eq!(within(&found, &drawn, |one| one.told), [12, 12]);
+        // What was not drawn has no truth.
+        let servo = Parameter { path: "eccentric.servo_nm_per_rad".into(), ..found[0].clone() };
+        assert_eq!(within(&[servo], &drawn, |_| true), [0, 0]);
+    }
 }

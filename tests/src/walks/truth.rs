@@ -89,9 +89,8 @@ impl Truth {
             let normal: f64 = StandardNormal.sample(random);
             normal.clamp(-1.645, 1.645)
         };
-        // MuJoCo's servo is the file's.
-        let own = |path: &str| path.starts_with("eccentric.servo");
-        let at: Vec<f64> = numbers.all.iter().map(|one| if own(&one.path) { 0.0 } else { drawn(random) }).collect();
+        let at: Vec<f64> =
+            numbers.all.iter().map(|one| if is_given(&one.path) { 0.0 } else { drawn(random) }).collect();
         let mut robot = numbers.document(&at).unwrap_or_else(|error| panic!("{error}"));
         let second = (self.number / 10) % 2 == 1;
         let law = match &self.hidden {
@@ -101,6 +100,22 @@ impl Truth {
         };
         (robot, law)
     }
+
+    /// The file's numbers as they were drawn, by their paths.
+    ///
+    /// # Panics
+    /// When a robot file takes no such effect.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<(String, f64)> {
+        let (robot, _) = self.robot(&mut self.random());
+        let numbers = Numbers::with_effects(&robot, &[]).unwrap_or_else(|error| panic!("{error}"));
+        numbers.all.into_iter().filter(|one| !is_given(&one.path)).map(|one| (one.path, one.file)).collect()
+    }
+}
+
+/// Whether a number is no robot's own: MuJoCo's servo is the file's.
+fn is_given(path: &str) -> bool {
+    path.starts_with("eccentric.servo")
 }
 
 /// Gives a robot an effect: in its file, from which MuJoCo's model is made, or in what is told of its feet. `second`: another law of it.
