@@ -28,3 +28,9 @@ pub fn robot_file() -> PathBuf {
 pub fn robot() -> Robot {
     Robot::load(&robot_file()).expect("robot.toml")
 }
+
+/// That a command which is done has removed from a directory what it would have gone on from.
+pub fn assert_nothing_kept(at: &Path) {
+    let kept = |entry: std::fs::DirEntry| entry.path().extension().is_some_and(|extension| extension == "part");
+    assert!(!std::fs::read_dir(at).expect("a directory").flatten().any(kept), "what was kept to go on from is removed");
+}

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::common::command::{fails, json, succeeds, temporary};
-use crate::common::root;
+use crate::common::{assert_nothing_kept, root};
 
 const FAST: &str = "--window 0.2,0.4 --robot @/robot.toml";
 
@@ -41,9 +41,7 @@ fn a_robot_that_is_its_file_lacks_nothing() {
         assert!(page.contains(words), "{words}");
     }
     assert!(robot_file::Robot::load(&at.join("found/robot.toml")).is_ok());
-    let kept =
-        std::fs::read_dir(at).unwrap().flatten().any(|entry| entry.path().extension().is_some_and(|e| e == "part"));
-    assert!(!kept, "what was kept to go on from is removed");
+    assert_nothing_kept(at);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::common::assert_nothing_kept;
 use crate::common::command::{fails, json, succeeds, temporary};
 
 /// (f, α), and how the robot goes: mm/s ahead, mm/s to the left, °/s counter-clockwise.
@@ -56,9 +57,7 @@ fn filmed_walks_become_speeds_and_a_robot_file_with_intervals() {
     let robot = robot_file::Robot::load(&file).unwrap();
     assert!(robot.backbone.unwrap().soft_nm_per_rad.source.contains("identify robot"));
     assert!(std::fs::read_to_string(at.join("found/robot.svg")).unwrap().contains("measured vx, mm/s"));
-    let kept =
-        std::fs::read_dir(at).unwrap().flatten().any(|entry| entry.path().extension().is_some_and(|e| e == "part"));
-    assert!(!kept, "what was kept to go on from is removed");
+    assert_nothing_kept(at);
 }
 
 #[test]
