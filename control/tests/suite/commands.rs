@@ -1,11 +1,10 @@
 //! No command keeps the bridge on: whatever is commanded while something is broken, and however often, in every pair of modes.
 
-use crate::common;
 use std::f64::consts::PI;
 
 use control::{AdcCode, Command, Fault, Sample, State, Stroke};
 
-use crate::common::World;
+use crate::common::{self, World};
 
 /// What is commanded in turn with something else, in every direction.
 fn orders() -> [Command; 12] {

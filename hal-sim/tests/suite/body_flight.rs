@@ -1,8 +1,8 @@
 //! A body in flight: what Newton's laws keep, and how fast the rest converges.
 
-use crate::common;
 use std::f64::consts::TAU;
 
+use crate::common;
 use crate::common::body::{
     G, STILL, alone, brief, difference, energy, from, in_space, norm, orders, robot, run, segmented, uneven, velocity,
 };

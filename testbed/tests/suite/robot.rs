@@ -1,13 +1,12 @@
 //! The robot's tasks on the host, under virtual time: a whole minute, repeatedly.
 
-use crate::common;
 use std::cell::RefCell;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::rc::Rc;
 use std::time::Instant;
 
 use crate::common::plain::{PlainTick, heard, plain};
-use crate::common::{DRIVE, Frame, Run, SETTINGS, Trial, driving, give, until};
+use crate::common::{self, DRIVE, Frame, Run, SETTINGS, Trial, driving, give, until};
 use control::protocol::radio::{Answer, Downlink, Reset, Source};
 use control::{Command, Controller, Fault, Parameters, Refusal, State, Stroke};
 use hal_sim::SimulatedRobot;

@@ -32,7 +32,7 @@ fn early() -> WalkOptions {
 }
 
 /// Three repeats of a robot whose numbers are drawn from what the file believes, with an effect or without.
-fn measured(document: &Document, conditions: &[(f64, f64)], seed: u64, hidden: Option<(&str, &[f64])>) -> Measured {
+fn measured(document: &Document, seed: u64, hidden: Option<(&str, &[f64])>) -> Measured {
     let mut draws = Stream::new(seed, Source::Variation);
     let numbers = Numbers::with_effects(document, &[]).unwrap();
     let at: Vec<f64> = numbers.all.iter().map(|_| draws.normal().clamp(-1.5, 1.5)).collect();
@@ -45,11 +45,12 @@ fn measured(document: &Document, conditions: &[(f64, f64)], seed: u64, hidden: O
     }
     let plan = hal_sim::body::Plan::new(&truth.robot().unwrap()).unwrap();
     let run = Run { step_s: 1e-4, ..early().run() };
-    let speeds = simulate(&[Some(plan)], conditions, run).remove(0).unwrap();
+    let conditions = conditions();
+    let speeds = simulate(&[Some(plan)], &conditions, run).remove(0).unwrap();
     let largest = [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max));
     let mut seen = |one: &[f64; 3]| [0, 1, 2].map(|part| Some(one[part] + 0.03 * largest[part] * draws.normal()));
     let runs: Vec<_> =
-        (0..3).flat_map(|_| conditions.to_vec()).zip(speeds.iter().cycle()).map(|(at, one)| (at, seen(one))).collect();
+        (0..3).flat_map(|_| conditions.clone()).zip(speeds.iter().cycle()).map(|(at, one)| (at, seen(one))).collect();
     Measured::of_runs(runs)
 }
 
@@ -57,7 +58,7 @@ fn measured(document: &Document, conditions: &[(f64, f64)], seed: u64, hidden: O
 fn feet_that_grip_less_across_are_named_with_how_much() {
     let document = document();
     let share = 0.75;
-    let measured = measured(&document, &conditions(), 1, Some(("foot_anisotropy", &[share])));
+    let measured = measured(&document, 1, Some(("foot_anisotropy", &[share])));
     let found = diagnose_walk(&document, &measured, &early()).unwrap();
     assert_eq!((found.verdict, found.causes.len()), (Verdict::Explained, 1), "{:?} {:?}", found.causes, found.models);
     let [value, low, high] = found.causes[0].parameters["lateral_share"];
@@ -72,7 +73,7 @@ fn feet_that_grip_less_across_are_named_with_how_much() {
 #[test]
 fn a_robot_whose_numbers_alone_differ_lacks_nothing() {
     let document = document();
-    let measured = measured(&document, &conditions(), 2, None);
+    let measured = measured(&document, 2, None);
     let directory = tempfile::tempdir().unwrap();
     let options = WalkOptions { keep_in: Some(directory.path().into()), ..early() };
     let found = diagnose_walk(&document, &measured, &options).unwrap();
@@ -91,7 +92,7 @@ fn a_foot_that_grips_less_is_pointed_to() {
     let document = document();
     let mut shares = [1.0; 8];
     shares[4] = 0.6;
-    let measured = measured(&document, &conditions(), 3, Some(("foot_friction", &shares)));
+    let measured = measured(&document, 3, Some(("foot_friction", &shares)));
     let table = identify::robot::Table::new(&measured, &identify::robot::Held::None).unwrap();
     let bench = models::Bench::new((&document, &table), early().run(), None, &|_| {});
     let base = bench.baseline(6, &mut Stream::new(1, Source::Variation)).unwrap();

@@ -1,7 +1,6 @@
 //! `scram console` on a pseudo-terminal: the real program, the real serial code, robots behind it in real time.
 #![cfg(unix)]
 
-use crate::common;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,7 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::policy::steering_policy;
-use crate::common::{robot_file, tty};
+use crate::common::{self, robot_file, tty};
 use control::protocol::radio::Reset;
 use control::{Fault, State};
 use recording::{ReadOptions, SessionEvent, events, load_with};

@@ -1,11 +1,10 @@
 //! The command as people and scripts use it: exit codes, messages, files.
 
-use crate::common;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::common::command::{command, fails, json, scram, succeeds, succeeds_saying, temporary};
-use crate::common::root;
+use crate::common::{self, root};
 
 #[test]
 fn sim_holds_seven_hertz_and_says_where_it_wrote() {

@@ -1,13 +1,13 @@
 //! Where outputs go: links, devices and pipes are what they were, and a full disk takes nothing away.
 #![cfg(unix)]
 
-use crate::common;
 use std::fs;
 use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use crate::common;
 use crate::common::command::{command, json, refuses, succeeds, temporary};
 
 const EXPORT: &str = "export mjcf --robot @/robot.toml";

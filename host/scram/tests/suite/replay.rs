@@ -1,10 +1,10 @@
 //! `scram replay`: a recording decided again gives the same to the bit, other gains do not, and what cannot be compared is
 //! told.
 
-use crate::common;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::common;
 use assert_cmd::Command;
 use control::Controller;
 use control::protocol::radio::PackedTick;

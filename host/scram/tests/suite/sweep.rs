@@ -1,13 +1,12 @@
 //! `scram sweep` as people use it: tables that a kill cannot spoil, the same bytes however it is run, errors that help.
 
-use crate::common;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::command::{refuses, succeeds_saying, temporary};
-use crate::common::root;
+use crate::common::{self, root};
 use serde_json::Value;
 
 /// Few, short runs of a robot with three segments a backbone.
