@@ -5,10 +5,11 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::common::policy::steering_policy;
-use crate::common::{self, robot_file, tty};
+use crate::common::tty::OnTty;
+use crate::common::{self, robot_file};
 use control::protocol::radio::Reset;
 use control::{Fault, State};
 use recording::{ReadOptions, SessionEvent, events, load_with};
@@ -17,34 +18,13 @@ use serde_json::Value;
 use testbed::injected_event::InjectedEvent;
 #[cfg(target_os = "linux")]
 use testbed::peers::{skip, skip_anywhere};
-use testbed::realtime::Simulation;
 use testbed::setup::{DONGLE, pairing};
 
 const SEED: u64 = 1;
 
-/// Robots in real time behind a serial device, and the keys to them.
-struct OnTty {
-    simulation: Simulation,
-    directory: tempfile::TempDir,
-}
-
 impl OnTty {
-    fn new(robots: usize) -> Self {
-        let directory = tempfile::tempdir().expect("a directory");
-        Self { simulation: tty::start(robots, SEED, &[], directory.path()), directory }
-    }
-
-    /// What a console here begins with; `--out` is not among it.
-    fn words(&self) -> Vec<OsString> {
-        let keys = self.directory.path().join("keys.toml");
-        let mut words: Vec<OsString> = vec![env!("CARGO_BIN_EXE_scram").into(), "console".into(), "--port".into()];
-        words.extend([self.simulation.port().into(), "--keys".into(), keys.into(), "--robot".into()]);
-        words.push(robot_file().into());
-        words
-    }
-
     fn spawn(&self, arguments: &[&str]) -> Child {
-        let words = self.words();
+        let words = self.words("console");
         Command::new(&words[0])
             .args(&words[1..])
             .arg("--out")
@@ -67,20 +47,6 @@ impl OnTty {
         files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
         files.sort();
         files.pop().expect("a recording")
-    }
-
-    fn states(&self) -> Vec<(State, Option<Fault>)> {
-        let booting = (State::Fault, Some(Fault::Restarted));
-        self.simulation.robots().iter().map(|robot| robot.state.unwrap_or(booting)).collect()
-    }
-
-    fn wait_until(&self, what: &str, holds: impl Fn(&Self) -> bool) -> Duration {
-        let start = Instant::now();
-        while !holds(self) {
-            assert!(start.elapsed() < Duration::from_secs(20), "not within 20 s: {what}; {:?}", self.states());
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        start.elapsed()
     }
 }
 
@@ -329,7 +295,7 @@ fn a_full_disk_is_said_the_robot_drives_on_and_the_exit_code_is_1() {
         return;
     };
     let commands = "clear; freq 7; wait 4s; status; stop";
-    command.args(tty.words()).arg("--out").arg(at("tiny")).args(["--json", "--command", commands]);
+    command.args(tty.words("console")).arg("--out").arg(at("tiny")).args(["--json", "--command", commands]);
     let (code, stdout, stderr) = said(command.output().expect("it runs"));
     assert_eq!(code, Some(1), "{stdout}{stderr}");
     for part in [
@@ -354,7 +320,7 @@ fn a_full_disk_is_said_the_robot_drives_on_and_the_exit_code_is_1() {
 fn closed_window(tty: &OnTty, arguments: &[&str], keys: &[u8], rows: u16) -> Option<i32> {
     let code = tty.directory.path().join("code");
     let quoted = |word: OsString| format!("'{}'", word.to_str().expect("UTF-8"));
-    let mut words: Vec<String> = tty.words().into_iter().map(quoted).collect();
+    let mut words: Vec<String> = tty.words("console").into_iter().map(quoted).collect();
     words.extend(["--out".to_owned(), quoted(tty.directory.path().into())]);
     words.extend(arguments.iter().map(|word| quoted(word.into())));
     // As a person's shell does, this one hands the end of its window on; it outlives it, to tell. That signal may interrupt
