@@ -313,6 +313,28 @@ fn a_gap_lets_the_rotor_run_ahead_and_a_spring_follows() {
 }
 
 #[test]
+fn teeth_that_come_to_bear_pass_nothing_within_the_play_and_are_whole_beyond() {
+    let teeth = TwoInertias {
+        load_share: 0.4,
+        stiffness: 2.0,
+        damping: 1e-5,
+        half_gap: 0.05,
+        load_drag_share: 0.0,
+        doubles_at: f64::INFINITY,
+        soft_contact: 0.004,
+    };
+    for twist in [-0.05, -0.02, 0.0, 0.02, 0.05] {
+        assert_eq!(teeth.torque(twist, 1.0), 0.0, "{twist} rad");
+    }
+    // The stiffness grows evenly from none to all of it: a parabola, and a line that is half that length behind.
+    for (touched, into) in [(0.002, 0.0005), (0.004, 0.002), (0.01, 0.008)] {
+        let twist = teeth.half_gap + touched;
+        assert!((teeth.torque(twist, 0.0) - teeth.stiffness * into).abs() < 1e-12, "{touched} rad");
+        assert_eq!(teeth.torque(-twist, 0.0), -teeth.torque(twist, 0.0));
+    }
+}
+
+#[test]
 fn half_the_step_changes_no_reading_by_a_twentieth_of_the_noise() {
     let mut rng = Pcg64::seed_from_u64(11);
     let first = Shape::draw(&mut rng);

@@ -69,7 +69,8 @@ impl Page {
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(20) {
             self.say(&json!({ "kind": "beat" }));
-            let told: Value = serde_json::from_str(self.0.read().expect("a message").to_text().expect("text")).expect("JSON");
+            let told: Value =
+                serde_json::from_str(self.0.read().expect("a message").to_text().expect("text")).expect("JSON");
             if holds(&told) {
                 return told;
             }

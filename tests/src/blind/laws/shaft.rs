@@ -40,7 +40,7 @@ pub struct TwoInertias {
     pub load_drag_share: f64,
     /// Of a shaft without play: the twist at which its stiffness has doubled, rad; infinite for a linear one.
     pub doubles_at: f64,
-    /// Of play: the length over which the teeth come to bear, rad; 0 for hard ones.
+    /// Of play: the length over which the teeth come to bear once they touch, rad; 0 for hard ones.
     pub soft_contact: f64,
 }
 
@@ -52,11 +52,12 @@ impl TwoInertias {
             let stiffer = 1.0 + (twist / self.doubles_at).powi(2) / 3.0;
             return self.stiffness * stiffer * twist + self.damping * rate;
         }
-        let hard = twist.abs() - self.half_gap;
-        let into = if self.soft_contact > 0.0 { 0.5 * (hard + hard.hypot(self.soft_contact)) } else { hard };
-        if into <= 0.0 {
+        let touched = twist.abs() - self.half_gap;
+        if touched <= 0.0 {
             return 0.0;
         }
+        let soft = self.soft_contact;
+        let into = if touched < soft { 0.5 * touched * touched / soft } else { touched - 0.5 * soft };
         let spring = self.stiffness * into.copysign(twist);
         // Teeth push, they do not pull; and damping grows with the depth of contact so that the torque has no jump.
         let depth = (into / 1e-3).min(1.0);
