@@ -53,11 +53,13 @@ fn over() -> PyErr {
 
 #[pymethods]
 impl Sweep {
-    /// From the options of `scram sweep`; `robot` is the robot's file where it is not the one that the options name.
+    /// From the options of `scram sweep`. A worker has the robot's file elsewhere, `robot`; what the options ask for was checked by the
+    /// driver, and a worker makes only the robots of the runs that it makes.
     #[new]
     #[pyo3(signature = (arguments, robot = None))]
     fn new(py: Python<'_>, arguments: Vec<String>, robot: Option<PathBuf>) -> PyResult<Self> {
         let options = Options::try_parse_from(&arguments).map_err(|error| InputError::new_err(error.to_string()))?;
+        let is_worker = robot.is_some();
         let file = robot.unwrap_or_else(|| options.robot.clone());
         py.detach(|| {
             let document = Document::load(&file).map_err(|error| unusable_file(&file, &error))?;
@@ -72,6 +74,10 @@ impl Sweep {
             } else {
                 options.runs.design(axes.clone(), options.seed).map_err(|error| wrong_input(&error))?
             };
+            if is_worker {
+                let campaign = Campaign::of_checked(&builder, design, settings);
+                return Ok(Self { options, campaign: Some(campaign), paths, warnings: Vec::new(), kept: None });
+            }
             let warnings = builder.check(&axes).map_err(|error| wrong_input(&error))?;
             let campaign = Campaign::new(&builder, design, settings).map_err(|error| wrong_input(&error))?;
             Ok(Self { options, campaign: Some(campaign), paths, warnings, kept: None })
@@ -129,7 +135,7 @@ impl Sweep {
 
     /// Groups of all runs, whatever is there already.
     fn groups(&self) -> PyResult<Vec<Vec<usize>>> {
-        Ok(self.campaign.as_ref().ok_or_else(over)?.all())
+        self.campaign.as_ref().ok_or_else(over)?.all().map_err(|error| failed(&error))
     }
 
     /// Opens the tables in `--out`, keeps other sweeps out, and says which groups of runs are missing.
@@ -149,7 +155,7 @@ impl Sweep {
         let stem = if self.options.claims { "claims" } else { "sweep" };
         let target = Target { directory: out, stem, paths: self.paths, fresh: self.options.fresh };
         let ledger = campaign.open(&target).map_err(|error| failed(&error))?;
-        let pending = campaign.pending(&ledger);
+        let pending = campaign.pending(&ledger).map_err(|error| failed(&error))?;
         self.kept = Some((ledger, lock));
         Ok(pending)
     }

@@ -201,8 +201,8 @@ pub fn run_designed_from(
 /// # Errors
 /// The robot has none, or its design is refused.
 pub fn controller(robot: &Robot) -> Result<Controller, SimError> {
-    let design = robot_file::design::design(robot).map_err(SimError::Design)?;
-    Controller::new(&design.parameters).map_err(SimError::Parameters)
+    let parameters = robot_file::design::parameters(robot).map_err(SimError::Design)?;
+    Controller::new(&parameters).map_err(SimError::Parameters)
 }
 
 /// Runs a controller on a simulated robot.

@@ -6,12 +6,11 @@ mod ledger;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc;
+use std::sync::{OnceLock, mpsc};
 
 use control::Parameters;
 use hal_sim::random::Seeds;
 use rayon::prelude::*;
-use robot_file::Robot;
 
 use super::axis::{AxisError, Factor};
 use super::design::Design;
@@ -96,12 +95,11 @@ pub struct Swept {
 
 /// A sweep that can be run.
 pub struct Campaign {
-    /// As the file has it.
-    robot: Robot,
+    builder: VariantBuilder,
     design: Design,
     settings: RunSettings,
-    /// Robots that differ, and which a point has.
-    variants: Vec<(Variant, Option<Parameters>)>,
+    /// Robots that differ, made when they are first asked for, and which a point has.
+    variants: Vec<OnceLock<(Variant, Option<Parameters>)>>,
     variant_of: Vec<usize>,
 }
 
@@ -111,8 +109,23 @@ impl Campaign {
     /// # Errors
     /// One cannot be made, or has no controller.
     pub fn new(builder: &VariantBuilder, design: Design, settings: RunSettings) -> Result<Self, SweepError> {
+        let campaign = Self::of_checked(builder, design, settings);
+        let points = campaign.design.points.len();
+        let mut first_of = vec![0; campaign.variants.len()];
+        (0..points).rev().for_each(|point| first_of[campaign.variant_of[point]] = point);
+        first_of.par_iter().try_for_each(|point| campaign.variant(*point).map(|_| ()))?;
+        for point in 0..points {
+            // Before anything is run or written.
+            check(&campaign.trial(point * campaign.design.seeds.len())?)?;
+        }
+        Ok(campaign)
+    }
+
+    /// The same of a design that [`Self::new`] has found to be one that can be run, on another machine: a robot is made when its first
+    /// run is, so that who makes a part of the runs makes a part of the robots.
+    #[must_use]
+    pub fn of_checked(builder: &VariantBuilder, design: Design, settings: RunSettings) -> Self {
         let mut known: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
-        let mut distinct: Vec<&Vec<f64>> = Vec::new();
         // What the shaft does is none of the robot's properties.
         let drive = [Factor::Frequency, Factor::Swing].map(|what| design.position(&what));
         let variant_of = design
@@ -121,47 +134,46 @@ impl Campaign {
             .map(|point| {
                 let others = point.iter().enumerate().filter(|(index, _)| !drive.contains(&Some(*index)));
                 let key = others.map(|(_, value)| value.to_bits()).collect();
-                *known.entry(key).or_insert_with(|| {
-                    distinct.push(point);
-                    distinct.len() - 1
-                })
+                let next = known.len();
+                *known.entry(key).or_insert(next)
             })
             .collect();
-        let make = |point: &&Vec<f64>| -> Result<_, SweepError> {
-            let variant = builder.variant(&design.axes, point)?;
-            let parameters = match settings.drive {
-                DriveKind::Motor => Some(parameters(&variant)?),
-                _ => None,
-            };
-            Ok((variant, parameters))
-        };
-        let variants = distinct.par_iter().map(make).collect::<Result<Vec<_>, _>>()?;
-        let campaign = Self { robot: builder.robot().clone(), design, settings, variants, variant_of };
-        for point in 0..campaign.design.points.len() {
-            // Before anything is run or written.
-            check(&campaign.trial(point * campaign.design.seeds.len()))?;
-        }
-        Ok(campaign)
+        let variants = known.iter().map(|_| OnceLock::new()).collect();
+        Self { builder: builder.clone(), design, settings, variants, variant_of }
     }
 
-    fn trial(&self, run: usize) -> Trial<'_> {
+    /// The robot of a point.
+    fn variant(&self, point: usize) -> Result<&(Variant, Option<Parameters>), SweepError> {
+        let kept = &self.variants[self.variant_of[point]];
+        if let Some(made) = kept.get() {
+            return Ok(made);
+        }
+        let variant = self.builder.variant(&self.design.axes, &self.design.points[point])?;
+        let parameters = match self.settings.drive {
+            DriveKind::Motor => Some(parameters(&variant)?),
+            _ => None,
+        };
+        Ok(kept.get_or_init(|| (variant, parameters)))
+    }
+
+    fn trial(&self, run: usize) -> Result<Trial<'_>, SweepError> {
         let (point, seeds) = (self.design.point(run), self.design.seeds_of(run));
-        let (variant, parameters) = &self.variants[self.variant_of[point]];
+        let (variant, parameters) = self.variant(point)?;
         let at = &self.design.points[point];
         let (f_hz, swing_deg) = (self.design.frequency(at), self.design.swing(at));
-        Trial { variant, parameters: parameters.as_ref(), f_hz, swing_deg, seeds }
+        Ok(Trial { variant, parameters: parameters.as_ref(), f_hz, swing_deg, seeds })
     }
 
     /// Runs of one shape side by side, in a fixed order.
-    fn groups(&self, left: impl Iterator<Item = usize>) -> Vec<Vec<usize>> {
+    fn groups(&self, left: impl Iterator<Item = usize>) -> Result<Vec<Vec<usize>>, SweepError> {
         let mut shapes: BTreeMap<_, Vec<usize>> = BTreeMap::new();
         for run in left {
-            shapes.entry(shape(&self.trial(run).variant.plan)).or_default().push(run);
+            shapes.entry(shape(&self.trial(run)?.variant.plan)).or_default().push(run);
         }
-        shapes
+        Ok(shapes
             .into_values()
             .flat_map(|runs| runs.chunks(SIDE_BY_SIDE).map(<[usize]>::to_vec).collect::<Vec<_>>())
-            .collect()
+            .collect())
     }
 
     /// Makes every run that is not in the table yet. `progress` is told how many are done, of how many.
@@ -177,7 +189,7 @@ impl Campaign {
         let mut ledger = self.open(target)?;
         let total = self.design.runs();
         progress(ledger.len(), total);
-        let groups = self.pending(&ledger);
+        let groups = self.pending(&ledger)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads.unwrap_or(0))
             .build()
@@ -198,7 +210,7 @@ impl Campaign {
                 });
             });
             for made in receiver {
-                if let Err(error) = made.map_err(SweepError::from).and_then(|rows| ledger.book(rows)) {
+                if let Err(error) = made.and_then(|rows| ledger.book(rows)) {
                     stop.store(true, Ordering::Relaxed);
                     return Err(error);
                 }
@@ -209,8 +221,8 @@ impl Campaign {
         self.finish(ledger)
     }
 
-    fn group(&self, runs: &[usize]) -> Result<Vec<(usize, Outcome)>, TrialError> {
-        let trials: Vec<Trial<'_>> = runs.iter().map(|run| self.trial(*run)).collect();
+    fn group(&self, runs: &[usize]) -> Result<Vec<(usize, Outcome)>, SweepError> {
+        let trials = runs.iter().map(|run| self.trial(*run)).collect::<Result<Vec<Trial<'_>>, _>>()?;
         match (simulate(&trials, &self.settings), runs) {
             (Ok(outcomes), _) => Ok(runs.iter().copied().zip(outcomes).collect()),
             // One body that cannot be: a note in its row, not the end of the others.
@@ -218,7 +230,7 @@ impl Campaign {
             (Err(TrialError::Body(_)), _) => {
                 runs.iter().map(|run| self.group(&[*run])).collect::<Result<Vec<_>, _>>().map(|all| all.concat())
             }
-            (Err(error), _) => Err(error),
+            (Err(error), _) => Err(error.into()),
         }
     }
 
@@ -226,7 +238,7 @@ impl Campaign {
     ///
     /// # Errors
     /// A run cannot be made.
-    pub fn outcomes(&self) -> Result<Vec<Run>, TrialError> {
+    pub fn outcomes(&self) -> Result<Vec<Run>, SweepError> {
         self.outcomes_until(&AtomicBool::new(false))
     }
 
@@ -234,8 +246,8 @@ impl Campaign {
     ///
     /// # Errors
     /// A run cannot be made.
-    pub fn outcomes_until(&self, stop: &AtomicBool) -> Result<Vec<Run>, TrialError> {
-        let groups = self.all();
+    pub fn outcomes_until(&self, stop: &AtomicBool) -> Result<Vec<Run>, SweepError> {
+        let groups = self.all()?;
         let made = |group: &Vec<usize>| match stop.load(Ordering::Relaxed) {
             true => Ok(Vec::new()),
             false => self.group(group),
@@ -295,8 +307,7 @@ impl Campaign {
 }
 
 fn parameters(variant: &Variant) -> Result<Parameters, SweepError> {
-    let design = robot_file::design::design(&variant.robot).map_err(|error| SweepError::Design(error.to_string()))?;
-    Ok(design.parameters)
+    robot_file::design::parameters(&variant.robot).map_err(|error| SweepError::Design(error.to_string()))
 }
 
 fn path_header(seconds: f64) -> Vec<String> {
@@ -313,4 +324,35 @@ fn path_cells(path: &[[f64; 2]]) -> Vec<String> {
         return vec![String::new(); 2 * PATH_POINTS];
     }
     path.iter().flatten().map(|mm| format!("{mm:.3}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use hal_sim::body::Precision;
+    use robot_file::edit::Document;
+
+    use super::super::axis::Axis;
+    use super::*;
+
+    #[test]
+    fn a_part_of_the_runs_needs_a_part_of_the_robots_and_its_rows_are_the_same() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml");
+        let document = Document::load(&file).unwrap();
+        let robot = document.robot().unwrap();
+        let builder = VariantBuilder::new(document, robot).unwrap();
+        let axes = Axis::parse_all(&["alpha=0:90:4".to_owned(), "f=6,8".to_owned()]).unwrap();
+        let design = Design::product(axes, vec![1]);
+        let settings =
+            RunSettings { drive: DriveKind::Motor, seconds: 0.2, step_s: 1e-4, precision: Precision::Double };
+        let made = |campaign: &Campaign| campaign.variants.iter().filter(|variant| variant.get().is_some()).count();
+        let driver = Campaign::new(&builder, design.clone(), settings).unwrap();
+        assert_eq!(made(&driver), 4, "a robot for each α, whatever the frequency");
+        let worker = Campaign::of_checked(&builder, design, settings);
+        assert_eq!(made(&worker), 0);
+        let runs = [2, 3];
+        let rows = worker.rows(&runs).unwrap();
+        assert_eq!(rows, driver.rows(&runs).unwrap());
+        assert_eq!(made(&worker), 1);
+        assert_eq!(worker.about().to_string(), driver.about().to_string());
+    }
 }

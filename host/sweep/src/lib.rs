@@ -28,7 +28,8 @@
 //! What it does not do:
 //!
 //! * It draws nothing: `plot::figures` draws what a campaign has found.
-//! * It does not sweep over machines: a campaign runs on one computer's cores, and a lock keeps a second one out.
+//! * It talks to no other computer: [`Campaign::run`] uses one's cores, and a lock keeps a second one out. Who has rows made elsewhere,
+//!   as `scram.cluster` does in Python, has [`Campaign::of_checked`] and [`Campaign::rows`].
 //! * It measures nothing: [`Measured`] reads what others have measured.
 
 mod arguments;

@@ -31,8 +31,8 @@ impl Common {
     pub fn new(definition: Definition, nominal: &Variant, specimens: bool) -> Result<Self, TaskError> {
         let mut common = Self { definition, parameters: None, specimens };
         if common.definition.drive == DriveKind::Motor {
-            let design = robot_file::design::design(&nominal.robot);
-            let parameters = design.map_err(|error| TaskError::Controller(error.to_string()))?.parameters;
+            let parameters = robot_file::design::parameters(&nominal.robot)
+                .map_err(|error| TaskError::Controller(error.to_string()))?;
             for action in common.definition.actions() {
                 let command = DriveCommand::from(action);
                 let refused = controller(&parameters)?.command(command.to_control(), 0).err();

@@ -115,11 +115,27 @@ pub struct Design {
     pub residuals: [f64; 2],
 }
 
-/// Designs the controller of a robot.
+/// The gains, and what they were worked out from.
+struct Gains {
+    parameters: Parameters,
+    gain: [f64; 3],
+    motor: MotorValues,
+    continuous: Continuous,
+    discrete: Discrete,
+    filter: Filter,
+    /// Of the two Riccati equations.
+    residuals: [f64; 2],
+}
+
+/// What the firmware runs with: [`design`] without poles and margins, which take most of its time.
 ///
 /// # Errors
-/// No `[controller]` table, a number missing or out of range, or nothing that stabilises.
-pub fn design(robot: &Robot) -> Result<Design, DesignError> {
+/// As for [`design`].
+pub fn parameters(robot: &Robot) -> Result<Parameters, DesignError> {
+    Ok(gains(robot)?.parameters)
+}
+
+fn gains(robot: &Robot) -> Result<Gains, DesignError> {
     let Some(controller) = &robot.controller else {
         return Err(DesignError::NoController { robot: robot.name.clone() });
     };
@@ -133,7 +149,16 @@ pub fn design(robot: &Robot) -> Result<Design, DesignError> {
     let parameters = fill::parameters(robot, &numbers, &motor, &discrete, gain)?;
     parameters.check()?;
     let filter = filter(&discrete, &parameters, &numbers, &motor)?;
+    let residuals = [regulator.residual, filter.residual];
+    Ok(Gains { parameters, gain, motor, continuous, discrete, filter, residuals })
+}
 
+/// Designs the controller of a robot.
+///
+/// # Errors
+/// No `[controller]` table, a number missing or out of range, or nothing that stabilises.
+pub fn design(robot: &Robot) -> Result<Design, DesignError> {
+    let Gains { parameters, gain, motor, continuous, discrete, filter, residuals } = gains(robot)?;
     let phi = DMatrix::from_column_slice(3, 3, discrete.phi.as_slice());
     let gamma = DMatrix::from_column_slice(3, 1, discrete.gamma.as_slice());
     let k = DMatrix::from_row_slice(1, 3, &gain);
@@ -152,7 +177,7 @@ pub fn design(robot: &Robot) -> Result<Design, DesignError> {
         loop_margins,
         crossings: crossings(&parameters, &filter, period),
         ceiling: ceiling(robot),
-        residuals: [regulator.residual, filter.residual],
+        residuals,
         parameters,
         motor,
         continuous,

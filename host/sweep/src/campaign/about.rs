@@ -35,7 +35,7 @@ impl Campaign {
         }
         let axis = |axis: &Axis| (axis.what.column(), numbers(&axis.values));
         about.insert("axes".into(), Value::Table(self.design.axes.iter().map(axis).collect()));
-        let robot = serde_json::to_value(&self.robot).unwrap_or_default();
+        let robot = serde_json::to_value(self.builder.robot()).unwrap_or_default();
         about.insert("robot".into(), to_toml(&robot).unwrap_or(Value::Table(Table::new())));
         about
     }
@@ -44,7 +44,7 @@ impl Campaign {
     fn probe(&self) -> Vec<f64> {
         let settings = RunSettings { seconds: PROBE_S, ..self.settings };
         // A body that cannot be has a note in its row, and no physics.
-        let outcomes = simulate(&[self.trial(0)], &settings).unwrap_or_default();
+        let outcomes = self.trial(0).map(|trial| simulate(&[trial], &settings).unwrap_or_default()).unwrap_or_default();
         outcomes.iter().flat_map(|outcome| outcome.measures.values()).flatten().collect()
     }
 }

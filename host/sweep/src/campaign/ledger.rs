@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use super::{Campaign, Run, SweepError, Swept, Target, path_cells, path_header};
 use crate::journal::{Journal, Rows, claim};
-use crate::trial::TrialError;
 
 /// A run's row of the table, as text, and of the table of paths.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,14 +46,18 @@ impl Campaign {
     }
 
     /// The runs that a ledger lacks, from 0, those of a group to be made side by side.
-    #[must_use]
-    pub fn pending(&self, ledger: &Ledger) -> Vec<Vec<usize>> {
+    ///
+    /// # Errors
+    /// A robot cannot be made.
+    pub fn pending(&self, ledger: &Ledger) -> Result<Vec<Vec<usize>>, SweepError> {
         self.groups((0..self.design.runs()).filter(|run| !ledger.rows.contains_key(&(run + 1))))
     }
 
     /// All runs, from 0, those of a group to be made side by side.
-    #[must_use]
-    pub fn all(&self) -> Vec<Vec<usize>> {
+    ///
+    /// # Errors
+    /// A robot cannot be made.
+    pub fn all(&self) -> Result<Vec<Vec<usize>>, SweepError> {
         self.groups(0..self.design.runs())
     }
 
@@ -62,7 +65,7 @@ impl Campaign {
     ///
     /// # Errors
     /// A run cannot be made.
-    pub fn rows(&self, runs: &[usize]) -> Result<Vec<Row>, TrialError> {
+    pub fn rows(&self, runs: &[usize]) -> Result<Vec<Row>, SweepError> {
         let made = self.group(runs)?;
         let row = |(run, outcome): &(usize, _)| Row {
             number: run + 1,
