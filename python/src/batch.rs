@@ -45,7 +45,7 @@ pub fn simulate_batch<'py>(
     run.check_step(robot.robot()).map_err(|error| InputError::new_err(format!("step_s: {error}")))?;
     let (builder, threads) = (robot.builder().clone(), settings.threads);
     let made = interruptible(py, move |stop| -> Result<Vec<Run>, SweepError> {
-        identify::robot::in_pool(threads, || Ok(Campaign::new(&builder, design, run)?.outcomes_until(stop.flag())?))
+        identify::robot::in_pool(threads, || Campaign::new(&builder, design, run)?.outcomes_until(stop.flag()))
     })?;
     arrays(py, &made.map_err(|error| wrong_input(&error))?, shape)
 }

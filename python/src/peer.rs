@@ -6,7 +6,7 @@ use std::time::Instant;
 use hal_sim::body::Precision;
 use pyo3::prelude::*;
 use simulation::{Drive, Place, Plan};
-use sweep::{Axis, Campaign, Design, DriveKind, Factor, RunSettings, SweepError};
+use sweep::{Axis, Campaign, Design, DriveKind, Factor, RunSettings};
 
 use crate::errors::wrong_input;
 use crate::robot::Robot;
@@ -32,7 +32,7 @@ pub fn peer_batch(py: Python<'_>, robot: &Robot, seconds: f64, seeds: u64) -> Py
     let settings = RunSettings { drive: DriveKind::Motor, seconds, step_s: 1e-4, precision: Precision::Double };
     py.detach(|| {
         let began = Instant::now();
-        let made = || Ok::<_, SweepError>(Campaign::new(robot.builder(), design, settings)?.outcomes()?);
+        let made = || Campaign::new(robot.builder(), design, settings)?.outcomes();
         let runs = identify::robot::in_pool(0, made);
         let took = began.elapsed().as_secs_f64();
         runs.map(|_| took).map_err(|error| wrong_input(&error))
