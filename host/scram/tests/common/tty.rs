@@ -1,7 +1,7 @@
 //! Robots in real time on the far end of a pseudo-terminal.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use control::{Fault, State};
@@ -45,6 +45,15 @@ impl OnTty {
         words.extend(["--port".into(), self.simulation.port().into(), "--keys".into(), keys.into()]);
         words.extend(["--robot".into(), robot_file().into()]);
         words
+    }
+
+    /// What was recorded there, the newest.
+    pub fn recording(&self) -> PathBuf {
+        let listed = std::fs::read_dir(self.directory.path()).expect("a directory");
+        let mut files: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).collect();
+        files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
+        files.sort();
+        files.pop().expect("a recording")
     }
 
     /// The state of each robot and why it stands still.

@@ -40,14 +40,6 @@ impl OnTty {
     fn run(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
         said(self.spawn(arguments).wait_with_output().expect("it ends"))
     }
-
-    fn recording(&self) -> PathBuf {
-        let listed = std::fs::read_dir(self.directory.path()).expect("a directory");
-        let mut files: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).collect();
-        files.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
-        files.sort();
-        files.pop().expect("a recording")
-    }
 }
 
 fn said(output: Output) -> (Option<i32>, String, String) {

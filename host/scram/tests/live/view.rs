@@ -3,12 +3,11 @@
 
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use control::State;
-use recording::{ReadOptions, Recording, load_with};
+use recording::{ReadOptions, load_with};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket, client};
@@ -79,12 +78,6 @@ impl Page {
     }
 }
 
-fn recording(directory: &Path) -> Recording {
-    let mut files = std::fs::read_dir(directory).expect("a directory").flatten().map(|entry| entry.path());
-    let file = files.find(|path| path.extension().is_some_and(|extension| extension == "mcap")).expect("a recording");
-    load_with(&file, &ReadOptions::default()).expect("it is read").recording
-}
-
 #[test]
 fn a_robot_behind_a_port_is_driven_from_the_page_and_stops_when_the_page_goes() {
     let robots = OnTty::new(1);
@@ -101,7 +94,7 @@ fn a_robot_behind_a_port_is_driven_from_the_page_and_stops_when_the_page_goes() 
     drop(page);
     robots.wait_until("it stops", |robots| robots.states()[0].0 == State::Idle);
     assert_eq!(served.interrupt(), Some(0));
-    let recorded = recording(robots.directory.path());
+    let recorded = load_with(&robots.recording(), &ReadOptions::default()).expect("it is read").recording;
     assert!(recorded.t_s.len() > 50, "{} readings", recorded.t_s.len());
 }
 
