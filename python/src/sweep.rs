@@ -74,12 +74,12 @@ impl Sweep {
             } else {
                 options.runs.design(axes.clone(), options.seed).map_err(|error| wrong_input(&error))?
             };
-            if is_worker {
-                let campaign = Campaign::of_checked(&builder, design, settings);
-                return Ok(Self { options, campaign: Some(campaign), paths, warnings: Vec::new(), kept: None });
-            }
-            let warnings = builder.check(&axes).map_err(|error| wrong_input(&error))?;
-            let campaign = Campaign::new(&builder, design, settings).map_err(|error| wrong_input(&error))?;
+            let (campaign, warnings) = if is_worker {
+                (Campaign::of_checked(&builder, design, settings), Vec::new())
+            } else {
+                let warnings = builder.check(&axes).map_err(|error| wrong_input(&error))?;
+                (Campaign::new(&builder, design, settings).map_err(|error| wrong_input(&error))?, warnings)
+            };
             Ok(Self { options, campaign: Some(campaign), paths, warnings, kept: None })
         })
     }

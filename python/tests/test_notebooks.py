@@ -11,7 +11,7 @@ nbclient = pytest.importorskip("nbclient")
 
 NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "notebooks").glob("*.ipynb"))
 
-# Where that notebook looks for its recordings.
+# Where the notebook on a real servo looks for its recordings.
 SERVO = os.environ.get("SCRAM_XL330", "../shared/data/xl330_csv")
 
 

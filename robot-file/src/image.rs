@@ -99,8 +99,8 @@ impl Image {
     pub fn of(robot: &Robot) -> Result<Self, ImageError> {
         let potentiometer = potentiometer(robot)?;
         battery(robot, potentiometer)?;
-        let design = design::design(robot)?;
-        let tick = f64::from(design.parameters.tick);
+        let parameters = design::parameters(robot)?;
+        let tick = f64::from(parameters.tick);
         // The parameters hold single precision.
         if (tick - TICK_S).abs() > 1e-6 * TICK_S {
             let reason = format!("the period is {tick} s, the firmware's loop runs every {TICK_S} s");
@@ -115,7 +115,7 @@ impl Image {
         let (pwm_hz, pwm_bits) = pwm(robot)?;
         Ok(Self {
             name: robot.name.clone(),
-            parameters: design.parameters,
+            parameters,
             conversions: conversions(potentiometer)?,
             outlier_lsb: (OUTLIER_SIGMA * adc.noise_lsb.high).ceil() as u16,
             pwm_hz,

@@ -289,18 +289,23 @@ fn a_winding_warms_to_its_balance() {
     assert!((state.current - current).abs() < 1e-6, "{} {current}", state.current);
 }
 
-#[test]
-fn a_gap_lets_the_rotor_run_ahead_and_a_spring_follows() {
-    let mut world = World::linear(rig());
-    let gap = TwoInertias {
+/// Play of ±0.05 rad, with teeth that come to bear over a length, rad.
+fn play(soft_contact: f64) -> TwoInertias {
+    TwoInertias {
         load_share: 0.4,
         stiffness: 2.0,
         damping: 1e-5,
         half_gap: 0.05,
         load_drag_share: 0.0,
         doubles_at: f64::INFINITY,
-        soft_contact: 0.0,
-    };
+        soft_contact,
+    }
+}
+
+#[test]
+fn a_gap_lets_the_rotor_run_ahead_and_a_spring_follows() {
+    let mut world = World::linear(rig());
+    let gap = play(0.0);
     world.two = Some(gap);
     let mut state = world.rest(0.0);
     world.advance(&mut state, Drive { duty: 0.02, enable: true }, 5e-3, 500);
@@ -314,15 +319,7 @@ fn a_gap_lets_the_rotor_run_ahead_and_a_spring_follows() {
 
 #[test]
 fn teeth_that_come_to_bear_pass_nothing_within_the_play_and_are_whole_beyond() {
-    let teeth = TwoInertias {
-        load_share: 0.4,
-        stiffness: 2.0,
-        damping: 1e-5,
-        half_gap: 0.05,
-        load_drag_share: 0.0,
-        doubles_at: f64::INFINITY,
-        soft_contact: 0.004,
-    };
+    let teeth = play(0.004);
     for twist in [-0.05, -0.02, 0.0, 0.02, 0.05] {
         assert_eq!(teeth.torque(twist, 1.0), 0.0, "{twist} rad");
     }

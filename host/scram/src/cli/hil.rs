@@ -47,8 +47,7 @@ struct Which {
 impl Hil {
     pub fn run(&self) -> Done {
         let task = self.run.task()?;
-        let parameters =
-            robot_file::design::design(&task.robot).map_err(SimError::Design).map_err(Report::from)?.parameters;
+        let parameters = robot_file::design::parameters(&task.robot).map_err(SimError::Design).map_err(Report::from)?;
         let (ran, chip) = match &self.target.port {
             Some(port) => self.on(Port::open(port).map_err(Report::from)?, &task, &parameters)?,
             None => self.on(self.qemu().map_err(Report::from)?, &task, &parameters)?,

@@ -131,10 +131,10 @@ impl Pass {
         }
         let mut tick_s = description_tick(robot);
         let mut decider = None;
-        match robot_file::design::design(robot) {
-            Ok(design) => {
-                tick_s = f64::from(design.parameters.tick);
-                match Decider::new(&design.parameters, answers) {
+        match robot_file::design::parameters(robot) {
+            Ok(parameters) => {
+                tick_s = f64::from(parameters.tick);
+                match Decider::new(&parameters, answers) {
                     Ok(designed) => decider = Some(designed),
                     Err(e) => obstacles.push(format!("the controller refuses its parameters: {e}")),
                 }

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use control::{Fault, State};
@@ -12,7 +13,8 @@ use testbed::setup::{DONGLE, pairing};
 use super::bench::keys;
 use super::{robot, robot_file};
 
-const SEED: u64 = 1;
+/// What [`OnTty`] draws everything from, its keys too.
+pub const SEED: u64 = 1;
 
 /// Starts paired robots, with what happens to the first one at once, and puts their keys into `keys.toml` of a directory.
 pub fn start(robots: usize, seed: u64, injected_events: &[InjectedEvent], keys_in: &Path) -> Simulation {
@@ -45,6 +47,14 @@ impl OnTty {
         words.extend(["--port".into(), self.simulation.port().into(), "--keys".into(), keys.into()]);
         words.extend(["--robot".into(), robot_file().into()]);
         words
+    }
+
+    /// A command of `scram` at these robots that writes into their directory.
+    pub fn command(&self, command: &str, arguments: &[&str]) -> Command {
+        let words = self.words(command);
+        let mut program = Command::new(&words[0]);
+        program.args(&words[1..]).arg("--out").arg(self.directory.path()).args(arguments);
+        program
     }
 
     /// What was recorded there, the newest.

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use crate::common::policy::steering_policy;
-use crate::common::tty::OnTty;
+use crate::common::tty::{OnTty, SEED};
 use crate::common::{self, robot_file};
 use control::protocol::radio::Reset;
 use control::{Fault, State};
@@ -20,16 +20,9 @@ use testbed::injected_event::InjectedEvent;
 use testbed::peers::{skip, skip_anywhere};
 use testbed::setup::{DONGLE, pairing};
 
-const SEED: u64 = 1;
-
 impl OnTty {
     fn spawn(&self, arguments: &[&str]) -> Child {
-        let words = self.words("console");
-        Command::new(&words[0])
-            .args(&words[1..])
-            .arg("--out")
-            .arg(self.directory.path())
-            .args(arguments)
+        self.command("console", arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

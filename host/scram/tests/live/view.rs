@@ -22,13 +22,8 @@ struct Served {
 
 impl Served {
     fn start(robots: &OnTty, arguments: &[&str]) -> Self {
-        let words = robots.words("view --live");
-        let mut program = Command::new(&words[0])
-            .args(&words[1..])
-            .arg("--out")
-            .arg(robots.directory.path())
-            .args(["--json", "--listen", "127.0.0.1:0"])
-            .args(arguments)
+        let mut program = robots
+            .command("view --live --json --listen 127.0.0.1:0", arguments)
             .stdout(Stdio::piped())
             .spawn()
             .expect("scram runs");

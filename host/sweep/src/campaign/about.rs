@@ -44,7 +44,7 @@ impl Campaign {
     fn probe(&self) -> Vec<f64> {
         let settings = RunSettings { seconds: PROBE_S, ..self.settings };
         // A body that cannot be has a note in its row, and no physics.
-        let outcomes = self.trial(0).map(|trial| simulate(&[trial], &settings).unwrap_or_default()).unwrap_or_default();
+        let outcomes = self.trial(0).ok().and_then(|trial| simulate(&[trial], &settings).ok()).unwrap_or_default();
         outcomes.iter().flat_map(|outcome| outcome.measures.values()).flatten().collect()
     }
 }
