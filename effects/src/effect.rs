@@ -64,6 +64,8 @@ pub struct Coupling {
     pub damping_ratio: f64,
     /// Share of the whole inertia that lies behind the spring, 0 … 1.
     pub load_share: f64,
+    /// Share of the viscous damping that acts on the load, 0 … 1.
+    pub load_drag_share: f64,
 }
 
 impl Coupling {
@@ -75,6 +77,7 @@ impl Coupling {
             stiffness: 1.0 / (1.0 / self.stiffness + 1.0 / other.stiffness),
             damping_ratio: self.damping_ratio.max(other.damping_ratio),
             load_share: self.load_share,
+            load_drag_share: self.load_drag_share,
         }
     }
 }

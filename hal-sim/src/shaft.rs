@@ -15,8 +15,8 @@
 //!   no jump between them.
 //! * Drag beyond the viscous one, `c₂ ω|ω| + c₃ ω³`, by its tangent at the start of the step.
 //! * A load behind a spring with play ([`effects::Coupling`]): angle and speed are the load's, where the sensor sits, and
-//!   the motor is a twist ahead. Friction, damping and drag act on the motor, the torques `τ_e` and `τ` on the load.
-//!   See `Stepper::advance_coupled`.
+//!   the motor is a twist ahead. Friction and drag act on the motor, the torques `τ_e` and `τ` on the load, and the viscous
+//!   damping on both by its shares. See `Stepper::advance_coupled`.
 //!
 //! The laws of friction, of the bridge's drop and of torques are the effects' ([`effects::Laws`]).
 //!
@@ -108,6 +108,8 @@ pub struct Stepper {
     part: f64,
     /// Of what the motor turns by itself, kg·m².
     inertia: f64,
+    /// Share of the viscous damping that acts on the motor, 1.
+    drag_share: f64,
     coupled: Option<Coupled>,
     driven: Winding,
     bridge: BridgeDrop,
@@ -202,8 +204,10 @@ impl Winding {
 const FOLLOWED: f64 = 0.3;
 /// Most parts that a step is cut into. A spring that is stiffer still stays stable, and damped as it should.
 const MOST_PARTS: f64 = 64.0;
-/// Depth in the teeth at which they are damped in full, as a share of the half gap: at their first touch nothing jumps.
-const DAMPED_DEPTH: f64 = 0.1;
+/// Depth in the teeth at which they are damped in full: rad, or as a share of the half gap where that is less: at their first touch
+/// nothing jumps. How deep they are damped decides how long they go on bouncing, so it is less than what any blow reaches.
+const DAMPED_DEPTH: f64 = 5e-4;
+const DAMPED_SHARE: f64 = 0.1;
 
 impl Coupled {
     fn new(law: Coupling, inertia: f64, step: f64) -> Self {
@@ -216,7 +220,7 @@ impl Coupled {
             parts: (step * natural / FOLLOWED).ceil().clamp(1.0, MOST_PARTS) as usize,
             inertia: load,
             damping: 2.0 * law.damping_ratio * reduced * natural,
-            damped_depth: DAMPED_DEPTH * law.half_gap,
+            damped_depth: DAMPED_DEPTH.min(DAMPED_SHARE * law.half_gap),
         }
     }
 
@@ -249,12 +253,14 @@ impl Coupled {
             let spring = 0.5 * stiffness * (after * after - before * before) / turned;
             (spring, (stiffness * after - spring) / turned)
         };
-        let depth = 0.5 * (before.abs() + after.abs()) / self.damped_depth;
+        // The deeper end's: by the mean of both, teeth that leave faster might be braked less, and there could be more than one rate.
+        let depth = before.abs().max(after.abs()) / self.damped_depth;
         let damper = damping * depth.min(1.0) * turned;
         if spring * damper < 0.0 && damper.abs() > spring.abs() {
             return (0.0, 0.0);
         }
-        let deeper = if depth < 1.0 && after != 0.0 { 0.5 * turned * after.signum() / self.damped_depth } else { 0.0 };
+        let grows = depth < 1.0 && after.abs() > before.abs();
+        let deeper = if grows { turned * after.signum() / self.damped_depth } else { 0.0 };
         (spring + damper, slope + damping * (depth.min(1.0) + deeper))
     }
 }
@@ -271,6 +277,7 @@ impl Shaft {
             whole_step: step,
             part: step,
             inertia: self.inertia_kg_m2,
+            drag_share: self.laws.coupling().map_or(1.0, |law| 1.0 - law.load_drag_share),
             coupled: self.laws.coupling().map(|law| Coupled::new(law, self.inertia_kg_m2, step)),
             driven: Winding::SETTLED,
             bridge,
@@ -425,11 +432,12 @@ impl Stepper {
         let mean_slope = slope * winding.ramp_mean / implicit;
         let motor_slope = shaft.torque_constant * mean_slope;
         let gain = implicit * self.part / self.inertia;
+        let viscous = self.drag_share * shaft.viscous;
         let (resisting, damping) = match &self.drag {
-            None => (shaft.viscous * start_speed, shaft.viscous),
+            None => (viscous * start_speed, viscous),
             Some(drag) => {
                 let (torque, slope) = drag.torque(start_speed);
-                (shaft.viscous * start_speed + torque, shaft.viscous + slope)
+                (viscous * start_speed + torque, viscous + slope)
             }
         };
         let scale = gain / (1.0 + gain * (damping - motor_slope));
@@ -521,21 +529,28 @@ impl Stepper {
         let (motor_angle, motor_speed) = (state.angle + state.twist, state.speed + state.twist_rate);
         let guessed = coupled.torque(state.twist, state.twist + step * state.twist_rate, step).0;
         let begun = self.begin(motor_angle, motor_speed, state.current, terminals, -guessed);
-        let per_torque = 0.5 * step / coupled.inertia;
+        let load_drag = coupled.law.load_drag_share * self.shaft.viscous;
+        let gain = 0.5 * step / coupled.inertia;
+        let damped = 1.0 + gain * load_drag;
+        let per_torque = gain / damped;
         let speeds = |passed: f64| {
             let (motor, friction) = self.solve(&begun, motor_angle, motor_speed, state.bristle, -passed);
-            (motor, friction, state.speed + per_torque * (outside + passed))
+            (motor, friction, state.speed / damped + per_torque * (outside + passed))
         };
         // The excess of a rate over what its torque leaves rises at least as fast as the rate: the root is no farther than
         // the excess.
         let mut rate = state.twist_rate;
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        // The last rates tried below and above the root. No step goes back to them: across a touch, from each of two the slope may point
+        // to the other.
+        let mut tried = [f64::NAN; 2];
         let (mut passed, mut found) = (guessed, (0.0, 0.0, 0.0));
         for _ in 0..MAX_CORRECTIONS {
             let slope;
             (passed, slope) = coupled.torque(state.twist, state.twist + step * rate, step);
             found = speeds(passed);
             let excess = rate - (found.0 - found.2);
+            tried[usize::from(excess > 0.0)] = rate;
             if excess > 0.0 {
                 (low, high) = (low.max(rate - excess), rate);
             } else {
@@ -546,11 +561,13 @@ impl Stepper {
             }
             let newton = rate - excess / (1.0 + slope.max(0.0) * step * (begun.scale + per_torque));
             // Within the play the root is the bracket's end itself.
-            rate = if (low..=high).contains(&newton) { newton } else { 0.5 * (low + high) };
+            let is_new = (low..=high).contains(&newton) && !tried.contains(&newton);
+            rate = if is_new { newton } else { 0.5 * (low + high) };
         }
         let (motor, friction, load) = found;
         let gained = (motor - motor_speed) / begun.implicit;
         let mut means = self.finish(&begun, state, motor, gained, friction);
+        means.rubbing_w += load_drag * load * load;
         state.twist += step * (motor - load);
         state.angle += step * load;
         state.speed += 2.0 * (load - state.speed);

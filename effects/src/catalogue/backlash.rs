@@ -6,7 +6,7 @@
 //! Applied Mechanics 42, 1975). Teeth push and do not pull. The two inertias are those of `shaft_compliance`: with both in a
 //! file, one spring and one play.
 
-use super::shaft_compliance::{load_share, stiffness};
+use super::shaft_compliance::{load_drag_share, load_share, stiffness};
 use crate::effect::{Coupling, Effect};
 use crate::fit::{FitNumber, Sizes};
 use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
@@ -22,6 +22,8 @@ pub struct Backlash {
     pub damping_ratio: f64,
     /// Share of the whole inertia behind the play, within 0 … 1.
     pub load_share: f64,
+    /// Share of the viscous damping on the load, which alone acts on it while no teeth touch, within 0 … 1.
+    pub load_drag_share: f64,
 }
 
 impl Effect for Backlash {
@@ -32,13 +34,14 @@ impl Effect for Backlash {
         summary: "Play between the motor's gears and the load.",
         title: "backlash",
         clause: "play between the gears and the load",
-        law: "T = k·d + 2ζ√(k·J_r)·min(|d|/(gap/20), 1)·dφ/dt, d = φ beyond ±gap/2, φ = θ_motor − θ; teeth only push",
+        law: "T = k·d + 2ζ√(k·J_r)·min(|d|/δ, 1)·dφ/dt, d = φ beyond ±gap/2, φ = θ_motor − θ, δ = 0.5 mrad or gap/20 if less; teeth only push",
         source: "M. Nordin, P.-O. Gutman, Automatica 38, 2002; K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42, 1975",
         parameters: &[
             Parameter::new("gap_deg", "All of the play, at the output shaft.", 0.0, 45.0),
             Parameter::new("stiffness_nm_per_rad", "Stiffness k of the teeth that touch.", 1e-6, 1e6),
             Parameter::new("damping_ratio", "Damping ζ of the teeth that touch; 1 is critical.", 0.0, 10.0),
             Parameter::new("load_share", "Share of the whole inertia that lies behind the play.", 0.01, 0.99),
+            Parameter::new("load_drag_share", "Share of the viscous damping that acts on the load.", 0.0, 1.0),
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Time,
@@ -69,6 +72,7 @@ impl Effect for Backlash {
             stiffness_nm_per_rad: values[1],
             damping_ratio: values[2],
             load_share: values[3],
+            load_drag_share: values[4],
         }
     }
 
@@ -82,6 +86,7 @@ impl Effect for Backlash {
             FitNumber::log("tooth_stiffness", "the teeth's stiffness", [start(1500.0); 2], [start(200.0), start(1e4)], 1.0),
             FitNumber { prior: 1.0, ..damping },
             FitNumber { starts: vec![0.3, 0.3, 0.3, 0.6, 0.6, 0.6], ..load_share() },
+            load_drag_share(),
         ]
     }
 
@@ -91,6 +96,7 @@ impl Effect for Backlash {
             stiffness: self.stiffness_nm_per_rad,
             damping_ratio: self.damping_ratio,
             load_share: self.load_share,
+            load_drag_share: self.load_drag_share,
         })
     }
 }

@@ -1,6 +1,6 @@
 //! `shaft_compliance`: the load turns on a spring behind the motor.
 //!
-//! `J_M dω_M/dt = τ_M − T`, `J_L dω_L/dt = τ_L + T`, `T = k·φ + 2ζ√(k J_r)·dφ/dt` for the twist `φ = θ_M − θ_L` between two
+//! `J_M dω_M/dt = τ_M − T`, `J_L dω_L/dt = τ_L − b_L·ω_L + T`, `T = k·φ + 2ζ√(k J_r)·dφ/dt` for the twist `φ = θ_M − θ_L` between two
 //! inertias, `J_r = J_M J_L/(J_M + J_L)`; `θ_L` is what the sensor sees. It rings with `√(k/J_r)` (two-mass system: R. Isermann,
 //! "Mechatronic Systems", 2005, section 6.2; W. Leonhard, "Control of Electrical Drives", 2001). How the two advance:
 //! `hal_sim::shaft`.
@@ -18,11 +18,19 @@ pub struct ShaftCompliance {
     pub damping_ratio: f64,
     /// Share of the whole inertia behind the spring, within 0 … 1.
     pub load_share: f64,
+    /// Share of the viscous damping on the load, in its bearing and in the air, within 0 … 1.
+    pub load_drag_share: f64,
 }
 
 /// The share of the inertia that is behind a spring or a play, as a fit moves it.
 pub(super) fn load_share() -> FitNumber {
     FitNumber { prior: 2.0, ..FitNumber::linear("load_share", "the share of the inertia behind it", 0.1, 0.4, [0.02, 0.98]) }
+}
+
+/// The share of the viscous damping that is on the load, as a fit moves it.
+pub(super) fn load_drag_share() -> FitNumber {
+    let share = FitNumber::linear("load_drag_share", "the share of the damping behind it", 0.2, 0.4, [0.0, 1.0]);
+    FitNumber { prior: 2.0, ..share }
 }
 
 /// A spring's stiffness at a natural frequency (rad/s) of a rig with two fifths of its inertia behind it.
@@ -44,6 +52,7 @@ impl Effect for ShaftCompliance {
             Parameter::new("stiffness_nm_per_rad", "Stiffness k, at the output shaft.", 1e-6, 1e6),
             Parameter::new("damping_ratio", "Damping ζ of the two against each other; 1 is critical.", 0.0, 10.0),
             Parameter::new("load_share", "Share of the whole inertia that lies behind the spring.", 0.01, 0.99),
+            Parameter::new("load_drag_share", "Share of the viscous damping that acts on the load.", 0.0, 1.0),
         ],
         acts: Acts::Shaft,
         shows_in: Coordinate::Time,
@@ -67,7 +76,7 @@ impl Effect for ShaftCompliance {
     };
 
     fn from_values(values: &[f64]) -> Self {
-        Self { stiffness_nm_per_rad: values[0], damping_ratio: values[1], load_share: values[2] }
+        Self { stiffness_nm_per_rad: values[0], damping_ratio: values[1], load_share: values[2], load_drag_share: values[3] }
     }
 
     /// From springs at 12, 30, 75 and 5 Hz.
@@ -79,6 +88,7 @@ impl Effect for ShaftCompliance {
             FitNumber { starts: [12.0, 30.0, 75.0, 5.0].map(start).to_vec(), ..spring },
             FitNumber { prior: 3.0, ..damping },
             load_share(),
+            load_drag_share(),
         ]
     }
 
@@ -88,6 +98,7 @@ impl Effect for ShaftCompliance {
             stiffness: self.stiffness_nm_per_rad,
             damping_ratio: self.damping_ratio,
             load_share: self.load_share,
+            load_drag_share: self.load_drag_share,
         })
     }
 }

@@ -6,8 +6,10 @@ use crate::common::{LINEAR, apart, coulomb, driven};
 use effects::{Backlash, Laws, ShaftCompliance};
 use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 
-const SPRING: ShaftCompliance = ShaftCompliance { stiffness_nm_per_rad: 4e-3, damping_ratio: 0.0, load_share: 0.3 };
-const PLAY: Backlash = Backlash { gap_rad: 0.1, stiffness_nm_per_rad: 2.0, damping_ratio: 0.0, load_share: 0.3 };
+const SPRING: ShaftCompliance =
+    ShaftCompliance { stiffness_nm_per_rad: 4e-3, damping_ratio: 0.0, load_share: 0.3, load_drag_share: 0.0 };
+const PLAY: Backlash =
+    Backlash { gap_rad: 0.1, stiffness_nm_per_rad: 2.0, damping_ratio: 0.0, load_share: 0.3, load_drag_share: 0.0 };
 
 /// A motor that nothing brakes.
 fn free(laws: Laws) -> Shaft {
@@ -73,7 +75,8 @@ fn two_inertias_ring_at_their_frequency_and_decay_with_their_damping() {
 fn a_stiff_spring_is_a_rigid_shaft() {
     for laws in [coulomb(5e-4, 3e-3), Laws::NONE] {
         let rigid = Shaft { laws, ..LINEAR };
-        let law = ShaftCompliance { stiffness_nm_per_rad: 50.0, damping_ratio: 0.5, load_share: 0.3 };
+        let law =
+            ShaftCompliance { stiffness_nm_per_rad: 50.0, damping_ratio: 0.5, load_share: 0.3, load_drag_share: 0.0 };
         let stiff = Shaft { laws: Laws { shaft_compliance: Some(law), ..laws }, ..LINEAR };
         let end = |shaft: &Shaft| {
             let stepper = shaft.stepper(1e-4);
@@ -103,6 +106,42 @@ fn a_torque_on_the_load_comes_to_the_motor_through_the_spring() {
     assert!(apart(state.speed, speed) < 1e-3, "{} rad/s, {speed} expected", state.speed);
     let behind = -torque * (1.0 - SPRING.load_share) / SPRING.stiffness_nm_per_rad;
     assert!(apart(state.twist, behind) < 1e-6, "{} rad, {behind} expected", state.twist);
+}
+
+#[test]
+fn drag_slows_a_load_that_no_teeth_touch_and_rubs_away_its_energy() {
+    // All of the damping on the load: its speed falls with b/J_L in the play, and the motor's does not.
+    let shaft = Shaft { laws: play(Backlash { load_drag_share: 1.0, gap_rad: 0.7, ..PLAY }), ..LINEAR };
+    let stepper = shaft.stepper(1e-4);
+    let mut state = ShaftState { speed: 10.0, ..ShaftState::default() };
+    let mut rubbed = 0.0;
+    for _ in 0..300 {
+        rubbed += 1e-4 * stepper.advance(&mut state, Terminals::Open).rubbing_w;
+    }
+    let load = PLAY.load_share * shaft.inertia_kg_m2;
+    let speed = 10.0 * (-shaft.viscous * 0.03 / load).exp();
+    assert!(speed < 9.5 && apart(state.speed, speed) < 1e-6, "{} rad/s, {speed} expected", state.speed);
+    assert!(apart(state.speed + state.twist_rate, 10.0) < 1e-12, "{} rad/s", state.speed + state.twist_rate);
+    let lost = 0.5 * load * (100.0 - state.speed * state.speed);
+    assert!(apart(rubbed, lost) < 1e-9, "{rubbed} J, {lost} expected");
+}
+
+#[test]
+fn a_spring_carries_what_the_load_rubs_and_no_share_changes_where_the_shaft_settles() {
+    for load_drag_share in [0.0, 0.4, 1.0] {
+        let law = ShaftCompliance { damping_ratio: 0.5, load_drag_share, ..SPRING };
+        let shaft = Shaft { laws: spring(law), ..LINEAR };
+        let stepper = shaft.stepper(1e-4);
+        let mut state = ShaftState::default();
+        for _ in 0..50_000 {
+            stepper.advance(&mut state, driven(2.0));
+        }
+        let (k, r, b) = (shaft.torque_constant, shaft.resistance_ohm, shaft.viscous);
+        let speed = 2.0 * k / (k * k + r * b);
+        assert!(apart(state.speed, speed) < 1e-9, "{} rad/s, {speed} expected", state.speed);
+        let ahead = load_drag_share * b * speed / SPRING.stiffness_nm_per_rad;
+        assert!((state.twist - ahead).abs() < 1e-9, "{} rad, {ahead} expected", state.twist);
+    }
 }
 
 #[test]

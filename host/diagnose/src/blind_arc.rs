@@ -161,7 +161,7 @@ fn follow(track: &mut Track, plant: &Plant, start: [f64; 2], arc: BlindArc) -> F
     let residual = |k: usize| rollout::residual(track, &segment, k, rolled.readings[k - segment.first]);
     let unexplained = samples.clone().filter(|&k| residual(k).abs() > UNEXPLAINED).count();
     track.weight[samples].copy_from_slice(&weights);
-    Followed { dropped, left, unexplained, end: rolled.ends.first().copied() }
+    Followed { dropped, left, unexplained, end: rolled.ends.first().map(|end| end.shaft) }
 }
 
 /// Samples that the track's only segment reads in the arc, as the model goes from a start.

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{self, Columns, Data, Fit, Moved};
+use super::fit::{self, Columns, Data, Fit, Followed, Moved};
 use super::nominal::FileModel;
 use super::one_step::one_step;
 use super::probe::{Follows, Probe, Shape, Spans};
@@ -71,7 +71,7 @@ struct About<'a> {
 impl<'a> About<'a> {
     fn new(model: &'a FileModel, data: &'a Data<'a>, fit: &'a Fit) -> Self {
         let rolled = fit::roll_all(model, data, fit);
-        let columns = fit::columns_of(model, data, fit, &rolled, Vec::new());
+        let columns = fit::columns_of(model, data, fit, &rolled, Followed::WithinSegment, Vec::new());
         Self { model, data, fit, rolled, columns, spans: spans(model, data) }
     }
 
@@ -80,7 +80,7 @@ impl<'a> About<'a> {
         let (base, shape) = (self.fit.plant(self.model), Shape { follows, spans: self.spans });
         let terms = shape.terms();
         let moved: Vec<Moved> = (0..terms).map(|term| Some((base.with_probe(Probe::term(shape, term)), 1.0))).collect();
-        let own = fit::sensitivities(self.data, &base, &self.fit.starts, &self.rolled, &moved);
+        let own = fit::sensitivities(self.data, &base, &self.fit.starts, &self.rolled, Followed::WithinSegment, &moved);
         let after = |(known, own): (&Columns, Columns)| known.iter().cloned().chain(own.into_iter().skip(2)).collect();
         let columns = self.columns.iter().zip(own).map(after).collect();
         let numbers = self.fit.free.len();

@@ -307,12 +307,20 @@ impl Until {
     }
 }
 
+/// From where sensitivities follow what no sensor sees where teeth between motor and load meet and part. How a touch that comes a hair
+/// earlier changes all that follows is no slope that a step could take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Followed {
+    /// From each segment's start: a fit finds its way from far.
+    WithinSegment,
+    /// From the start of the segment before: where a fit ends, with what is known of its numbers.
+    FromOneBefore,
+}
+
 /// Rounds after which a fit that is far off is given up.
 const FIRST_ROUNDS: usize = 3;
 /// A fit may find this many times what the linear model promises.
 const HOPED: f64 = 4.0;
-/// A finite difference where an effect makes the motor and its load meet and part, in usual ones.
-const ACROSS_TOUCHES: f64 = 10.0;
 /// Steps that a round tries, each shorter than the one before.
 const ATTEMPTS: usize = 6;
 /// Sensitivities are kept for a further step where the last one brought this share of what the linear model promised.
@@ -359,7 +367,7 @@ fn descend(mut descent: Descent, until: Until) -> Fit {
         if fall >= HOLDS_GOOD * promised {
             kept = Some(columns);
         }
-        if is_new && fall <= until.tolerance * descent.best.cost {
+        if is_new && fall <= until.tolerance * descent.best.cost && !descent.follow_on() {
             break;
         }
     }
@@ -381,6 +389,7 @@ struct Descent<'a> {
     /// Its rollouts.
     rolled: Vec<Rolled>,
     damping: f64,
+    followed: Followed,
     /// Over a hole, a rollout may have lost a turn: then other starts may do what the linear model does not promise.
     has_holes: bool,
 }
@@ -390,15 +399,23 @@ impl<'a> Descent<'a> {
         let rolled = roll_all(model, data, &best);
         best.cost = cost(data, &best, &rolled);
         let has_holes = data.tracks.iter().any(|track| track.segments.iter().any(|segment| !segment.whole));
-        Self { model, linearised, data, best, rolled, damping: 1e-3, has_holes }
+        Self { model, linearised, data, best, rolled, damping: 1e-3, followed: Followed::WithinSegment, has_holes }
     }
 
     fn sensitivities(&self) -> Vec<Columns> {
         if std::ptr::eq(self.model, self.linearised) {
-            return columns_of(self.model, self.data, &self.best, &self.rolled, Vec::new());
+            return columns_of(self.model, self.data, &self.best, &self.rolled, self.followed, Vec::new());
         }
         let rolled = roll_all(self.linearised, self.data, &self.best);
-        columns_of(self.linearised, self.data, &self.best, &rolled, Vec::new())
+        columns_of(self.linearised, self.data, &self.best, &rolled, self.followed, Vec::new())
+    }
+
+    /// Takes sensitivities from farther back from now on; whether there is any more to be had so.
+    fn follow_on(&mut self) -> bool {
+        let more = self.followed == Followed::WithinSegment && self.best.plant(self.model).has_play();
+        self.followed = Followed::FromOneBefore;
+        self.damping = 1e-3;
+        more
     }
 
     /// Tries steps of a linear model, each more damped than the one before, until one lowers the cost; by how much it did. Of an
@@ -497,10 +514,11 @@ pub fn columns_of(
     data: &Data,
     fit: &Fit,
     rolled: &[Rolled],
+    followed: Followed,
     further: impl IntoIterator<Item = Moved>,
 ) -> Vec<Columns> {
     let moved: Vec<Moved> = moved(model, fit).into_iter().chain(further).collect();
-    let mut columns = sensitivities(data, &fit.plant(model), &fit.starts, rolled, &moved);
+    let mut columns = sensitivities(data, &fit.plant(model), &fit.starts, rolled, followed, &moved);
     tie_scale(data, fit, &mut columns);
     columns
 }
@@ -541,7 +559,14 @@ fn tie_scale(data: &Data, fit: &Fit, columns: &mut [Columns]) {
 }
 
 /// The [`Columns`] of every track: the starts' two, then those of some plants.
-pub fn sensitivities(data: &Data, base: &Plant, starts: &Starts, rolled: &[Rolled], moved: &[Moved]) -> Vec<Columns> {
+pub fn sensitivities(
+    data: &Data,
+    base: &Plant,
+    starts: &Starts,
+    rolled: &[Rolled],
+    followed: Followed,
+    moved: &[Moved],
+) -> Vec<Columns> {
     let width = moved.len() + 2;
     let tasks: Vec<(usize, usize)> =
         (0..data.tracks.len()).flat_map(|track| (0..width).map(move |column| (track, column))).collect();
@@ -552,7 +577,7 @@ pub fn sensitivities(data: &Data, base: &Plant, starts: &Starts, rolled: &[Rolle
             if column < 2 {
                 return (rollout::start_column(base, track, starts, rolled, column), Vec::new());
             }
-            number_column(data, base, track, starts, rolled, &moved[column - 2])
+            number_column(data, base, track, starts, rolled, followed, &moved[column - 2])
         })
         .collect();
     let mut tracks = Vec::with_capacity(data.tracks.len());
@@ -569,6 +594,7 @@ fn number_column(
     track: &Track,
     starts: &[[f64; 2]],
     rolled: &Rolled,
+    followed: Followed,
     moved: &Moved,
 ) -> (Vec<f64>, Vec<f64>) {
     let Some((plant, delta)) = moved else {
@@ -577,7 +603,11 @@ fn number_column(
     if plant.moves_like(base) {
         return (reading_column(base, plant, rolled, *delta), vec![0.0; rolled.currents.len()]);
     }
-    let mut out = rollout::rollout(plant, track, starts, None, with_current(data, track));
+    let hidden = plant.has_play().then(|| match followed {
+        Followed::WithinSegment => rollout::hidden_as_begun(plant, base, rolled),
+        Followed::FromOneBefore => rollout::hidden_from_one_before(plant, base, track, starts, rolled),
+    });
+    let mut out = rollout::rollout(plant, track, starts, hidden.as_deref(), with_current(data, track));
     for (value, base) in out.readings.iter_mut().zip(&rolled.readings) {
         *value = (*value - base) / delta;
     }
@@ -587,17 +617,14 @@ fn number_column(
     (out.readings, out.currents)
 }
 
-/// The plants with each of a fit's numbers moved by its finite difference; a larger one where teeth meet and part, which a small one
-/// sees every touch of.
+/// The plants with each of a fit's numbers moved by its finite difference.
 fn moved(model: &FileModel, fit: &Fit) -> Vec<Moved> {
-    let is_coupled = fit.plant(model).is_coupled();
-    let factor = if is_coupled { ACROSS_TOUCHES } else { 1.0 };
     (0..fit.free.len())
         .map(|i| {
             if fit.free[i].held() {
                 return None;
             }
-            let delta = fit.free[i].difference(fit.coordinates[i], factor);
+            let delta = fit.free[i].difference(fit.coordinates[i]);
             let mut coordinates = fit.coordinates.clone();
             coordinates[i] += delta;
             Some((fit.plant_at(model, &coordinates), delta))

@@ -29,7 +29,7 @@ pub struct Hidden {
 }
 
 /// Where a rollout ends, and the next one begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boundary {
     /// What no sensor sees.
     pub hidden: Hidden,
@@ -101,10 +101,10 @@ fn any(laws: &Laws, acts: Acts) -> bool {
 }
 
 impl Plant {
-    /// Whether motor and load are two masses with a spring or teeth between them.
+    /// Whether teeth between motor and load meet and part.
     #[must_use]
-    pub fn is_coupled(&self) -> bool {
-        self.shaft.laws.coupling().is_some()
+    pub fn has_play(&self) -> bool {
+        self.half_gap > 0.0
     }
 
     /// From the simulator's plant and the converter's own error, with the longest step of the integrator (s).
@@ -167,11 +167,12 @@ impl Plant {
     }
 
     /// How what no sensor sees may stand at the start of a run or after a hole in it: dragged along with a shaft that turns, −1 or 1;
-    /// of one that rests, anything from dragged backwards to dragged forwards, where something remembers which way that was. Teeth with
-    /// play between motor and load are taken as they turn: a fit of theirs has valleys enough.
+    /// of one that rests, anything from dragged backwards to dragged forwards, where something remembers which way that was or teeth
+    /// stand somewhere in their play.
     #[must_use]
     pub fn beginnings(&self, speed: f64) -> Vec<f64> {
-        let remembers = self.shaft.laws.presliding().is_some() || self.half_play > 0.0 || self.follows;
+        let remembers =
+            self.shaft.laws.presliding().is_some() || self.half_play > 0.0 || self.half_gap > 0.0 || self.follows;
         if !remembers {
             vec![(speed / SLIDES).clamp(-1.0, 1.0)]
         } else if speed.abs() > TURNS {
@@ -201,6 +202,14 @@ impl Plant {
             states,
             ..Hidden::default()
         }
+    }
+
+    /// What no sensor sees, as this plant has it where another has it: teeth that touch still touch.
+    #[must_use]
+    pub fn take_over(&self, hidden: &Hidden, other: &Self) -> Hidden {
+        let [twist, rate] = hidden.twist;
+        let wider = if other.half_gap > 0.0 { self.half_gap / other.half_gap } else { 1.0 };
+        Hidden { twist: [wider * twist, rate], ..*hidden }
     }
 
     fn cold(&self, track: &Track) -> &Shaft {

@@ -142,18 +142,15 @@ impl Free {
         self.low >= self.high
     }
 
-    /// The finite difference at a coordinate, a factor of the usual one: away from the upper bound.
+    /// The finite difference at a coordinate: away from the upper bound.
     #[must_use]
-    pub fn difference(&self, coordinate: f64, factor: f64) -> f64 {
-        let step = (factor * self.step).min(self.step.max(LONGEST_DIFFERENCE));
-        if coordinate + step > self.coordinate(self.high) { -step } else { step }
+    pub fn difference(&self, coordinate: f64) -> f64 {
+        if coordinate + self.step > self.coordinate(self.high) { -self.step } else { self.step }
     }
 }
 
 /// Standard deviation and finite difference of a curve's terms, in their own sizes.
 const OF_CURVE: (f64, f64) = (10.0, 0.05);
-/// A difference that an effect makes longer is at most this long.
-const LONGEST_DIFFERENCE: f64 = 0.1;
 
 /// So short that what it bends does not look like knowledge of a direction that the readings leave open.
 fn difference_step(scale: Scale) -> f64 {

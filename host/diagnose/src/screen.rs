@@ -16,7 +16,7 @@ use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
 use super::curves;
-use super::fit::{self, Columns, Data, Fit, Moved};
+use super::fit::{self, Columns, Data, Fit, Followed, Moved};
 use super::motion;
 use super::nominal::FileModel;
 use super::normal_equations;
@@ -299,7 +299,14 @@ fn effect_columns(model: &FileModel, fit: &Fit, effect: Id, start: usize) -> (Ve
 
 /// How the readings change with the starts, the fit's numbers and each group's columns.
 fn columns(model: &FileModel, data: &Data, fit: &Fit, rolled: &[Rolled], groups: &[Group]) -> Vec<Columns> {
-    fit::columns_of(model, data, fit, rolled, groups.iter().flat_map(|group| group.moved.clone()))
+    fit::columns_of(
+        model,
+        data,
+        fit,
+        rolled,
+        Followed::WithinSegment,
+        groups.iter().flat_map(|group| group.moved.clone()),
+    )
 }
 
 /// Scores of every block of rollouts, and their curvature, the starts eliminated.

@@ -75,7 +75,7 @@ fn shaft_angles(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &Roll
         for (angle, wiper) in angles[segment.first..segment.last].iter_mut().zip(&shaft.wipers[place..]) {
             *angle = wiper + turns;
         }
-        reached = Some(end[0] + turns);
+        reached = Some(end.shaft[0] + turns);
         place += length;
     }
     angles

@@ -162,6 +162,25 @@ fn starts_are_found_where_a_shaft_sticks() {
 }
 
 #[test]
+fn starts_are_found_where_teeth_meet_and_part() {
+    let values = [
+        ("gap_deg", 4.0),
+        ("stiffness_nm_per_rad", 0.8),
+        ("damping_ratio", 0.3),
+        ("load_share", 0.35),
+        ("load_drag_share", 0.3),
+    ];
+    let (plain, with) = robots("backlash", &values);
+    let tracks = tracks(&plain, &[run(&with, 2), run(&with, 3)]);
+    let plant = Fit::begin(&FileModel::new(&with), &[], 0, Vec::new()).plant(&FileModel::new(&with));
+    let mut starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();
+    for (track, (_, errors)) in tracks.iter().zip(refine_all(&plant, &tracks, &mut starts, &[], 2)) {
+        let left = (errors.iter().sum::<f64>() / track.readings()).sqrt();
+        assert!(left < 1.1 * NOISE, "{left} rad left");
+    }
+}
+
+#[test]
 fn small_steps_take_the_integrators_share_out_of_a_number() {
     let (plain, with) = robots("sensor_lag", &[("time_s", 8e-3)]);
     let model = held_model(&plain);
@@ -271,16 +290,23 @@ fn a_patch_of_friction_comes_back() {
 
 #[test]
 fn a_flexible_shaft_comes_back() {
-    let values = [("stiffness_nm_per_rad", 4e-3), ("damping_ratio", 0.1), ("load_share", 0.35)];
-    comes_back("shaft_compliance", &values, &[0.02, 0.05, 0.02]);
+    let values =
+        [("stiffness_nm_per_rad", 4e-3), ("damping_ratio", 0.1), ("load_share", 0.35), ("load_drag_share", 0.3)];
+    comes_back("shaft_compliance", &values, &[0.02, 0.05, 0.02, 0.3]);
 }
 
 #[test]
 fn backlash_comes_back() {
     // Abrupt reversals, and coasting in between. Of a load that rattles about all the time, as under a smooth drive, what no
     // sensor sees is lost from one rollout to the next, and the fit with it.
-    let values = [("gap_deg", 4.0), ("stiffness_nm_per_rad", 0.8), ("damping_ratio", 1.0), ("load_share", 0.35)];
-    comes_back_from(&[2, 3], "backlash", &values, &[0.02, 0.2, 0.1, 0.03]);
+    let values = [
+        ("gap_deg", 4.0),
+        ("stiffness_nm_per_rad", 0.8),
+        ("damping_ratio", 1.0),
+        ("load_share", 0.35),
+        ("load_drag_share", 0.3),
+    ];
+    comes_back_from(&[2, 3], "backlash", &values, &[0.02, 0.2, 0.1, 0.03, 0.3]);
 }
 
 #[test]

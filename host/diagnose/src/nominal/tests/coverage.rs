@@ -36,8 +36,20 @@ const CASES: [Case; 25] = [
     ("torque_ripple", &[("order_per_turn", 7.0), ("torque_nm", 2e-4), ("phase_deg", 40.0)]),
     ("quadratic_drag", &[("drag_nm_s2_per_rad2", 2e-8)]),
     ("cubic_drag", &[("drag_nm_s3_per_rad3", 1e-10)]),
-    ("shaft_compliance", &[("stiffness_nm_per_rad", 4e-3), ("damping_ratio", 0.1), ("load_share", 0.35)]),
-    ("backlash", &[("gap_deg", 4.0), ("stiffness_nm_per_rad", 0.8), ("damping_ratio", 1.0), ("load_share", 0.35)]),
+    (
+        "shaft_compliance",
+        &[("stiffness_nm_per_rad", 4e-3), ("damping_ratio", 0.1), ("load_share", 0.35), ("load_drag_share", 0.3)],
+    ),
+    (
+        "backlash",
+        &[
+            ("gap_deg", 4.0),
+            ("stiffness_nm_per_rad", 0.8),
+            ("damping_ratio", 1.0),
+            ("load_share", 0.35),
+            ("load_drag_share", 0.3),
+        ],
+    ),
     ("driver_drop", &[("drop_v", 0.6), ("slope_ohm", 1.0)]),
     ("driver_drop_by_command", &[("drop_v", 0.6)]),
     ("driver_deadband", &[("width_duty", 0.06)]),

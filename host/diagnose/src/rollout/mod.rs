@@ -1,5 +1,7 @@
 //! All rollouts of a set of runs at once, and the starts (angle and speed) that each of them needs.
 
+mod in_order;
+
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
@@ -7,8 +9,8 @@ use rayon::prelude::*;
 use effects::States;
 use hal_sim::shaft::Stepper;
 
-use super::model::{Boundary, Hidden, Plant};
-use super::track::{GAP, Segment, Track};
+use crate::model::{Boundary, Hidden, Plant};
+use crate::track::{GAP, Segment, Track};
 use common::wrap;
 
 /// Angle and speed at the start of every segment, by track.
@@ -32,8 +34,8 @@ pub struct Rolled {
     pub currents: Vec<f64>,
     /// What no sensor sees at each segment's start.
     pub hidden: Vec<Hidden>,
-    /// Angle and speed at each segment's end.
-    pub ends: Vec<[f64; 2]>,
+    /// What each segment ends with.
+    pub ends: Vec<Boundary>,
 }
 
 /// Rolls out every segment of a track. With `frozen`, segments start from those hidden states; else each from where the
@@ -70,12 +72,33 @@ pub fn rollout(
         let shaft = shaft_at_start(plant, segment, starts[i], &hidden);
         let end = plant.rollout(track, segment, Boundary { hidden, shaft }, &mut stepper, wipers, currents);
         carried = end.hidden;
-        rolled.ends.push(end.shaft);
+        rolled.ends.push(end);
         offset += length;
     }
     rolled.currents.truncate(if with_current { total } else { 0 });
     rolled.readings = rolled.wipers.iter().map(|wiper| plant.reading(*wiper)).collect();
     rolled
+}
+
+/// What no sensor sees at each segment's start of some rollouts, as another plant has it than the one they are of.
+#[must_use]
+pub fn hidden_as_begun(plant: &Plant, base: &Plant, rolled: &Rolled) -> Vec<Hidden> {
+    rolled.hidden.iter().map(|hidden| plant.take_over(hidden, base)).collect()
+}
+
+/// The same as this plant leaves the segment before, which it begins as those did.
+#[must_use]
+pub fn hidden_from_one_before(
+    plant: &Plant,
+    base: &Plant,
+    track: &Track,
+    starts: &[[f64; 2]],
+    rolled: &Rolled,
+) -> Vec<Hidden> {
+    let begun = hidden_as_begun(plant, base, rolled);
+    let ends = rollout(plant, track, starts, Some(&begun), false).ends;
+    let at_start = |i: usize| if track.segments[i].linked { ends[i - 1].hidden } else { begun[i] };
+    (0..begun.len()).map(at_start).collect()
 }
 
 /// Angle and speed of the shaft at a segment's start. Where a run begins, a start's angle is what the sensor shows there, for how far
@@ -206,6 +229,12 @@ pub fn refine(
     guesses: &[Vec<[f64; 2]>],
     rounds: usize,
 ) -> (Rolled, Vec<f64>) {
+    if plant.has_play() {
+        in_order::refine(plant, track, starts, guesses, rounds);
+        let rolled = rollout(plant, track, starts, None, false);
+        let errors = squared_errors(track, &rolled.readings);
+        return (rolled, errors);
+    }
     let mut rolled = rollout(plant, track, starts, None, false);
     let mut errors = squared_errors(track, &rolled.readings);
     for guess in guesses {
@@ -272,11 +301,14 @@ fn carried(track: &Track, starts: &[[f64; 2]], rolled: &Rolled) -> Vec<[f64; 2]>
             if i == 0 || !track.segments[i].linked {
                 return starts[i];
             }
-            let [angle, speed] = rolled.ends[i - 1];
-            let turns = ((starts[i][0] - angle) / TAU).round();
-            [angle + TAU * turns, speed]
+            on_turn(rolled.ends[i - 1].shaft, starts[i])
         })
         .collect()
+}
+
+/// An angle and a speed, on the turn of others.
+fn on_turn([angle, speed]: [f64; 2], other: [f64; 2]) -> [f64; 2] {
+    [angle + TAU * ((other[0] - angle) / TAU).round(), speed]
 }
 
 /// Takes over the starts that fit their segment better.
@@ -348,19 +380,23 @@ fn gauss_newton(plant: &Plant, track: &Track, starts: &[[f64; 2]], rolled: &Roll
     let [angle, speed] = start_sensitivity(plant, track, starts, rolled);
     let mut offset = 0;
     let step = |segment: &Segment| {
-        let mut normal = Normal2::default();
-        for i in 0..segment.last - segment.first {
-            let k = segment.first + i;
-            if track.weight[k] > 0.0 {
-                let r = residual(track, segment, k, rolled.readings[offset + i]);
-                normal.add(angle[offset + i], speed[offset + i], r);
-            }
-        }
-        offset += segment.last - segment.first;
-        let by = normal.solve(normal.gradient);
-        Step { by, promised: by[0] * normal.gradient[0] + by[1] * normal.gradient[1] }
+        let own = offset..offset + segment.last - segment.first;
+        offset = own.end;
+        step_of(track, segment, &rolled.readings[own.clone()], [&angle[own.clone()], &speed[own]])
     };
     track.segments.iter().map(step).collect()
+}
+
+/// The Gauss-Newton step of a segment's start, by its readings and their sensitivities to it.
+fn step_of(track: &Track, segment: &Segment, readings: &[f64], [angle, speed]: [&[f64]; 2]) -> Step {
+    let mut normal = Normal2::default();
+    for (i, sample) in (segment.first..segment.last).enumerate() {
+        if track.weight[sample] > 0.0 {
+            normal.add(angle[i], speed[i], residual(track, segment, sample, readings[i]));
+        }
+    }
+    let by = normal.solve(normal.gradient);
+    Step { by, promised: by[0] * normal.gradient[0] + by[1] * normal.gradient[1] }
 }
 
 /// Takes shorter steps of those starts for which a step promises much and neither the whole of it nor half of it brings anything: where a
