@@ -163,20 +163,21 @@ fn starts_are_found_where_a_shaft_sticks() {
 
 #[test]
 fn starts_are_found_where_teeth_meet_and_part() {
+    // Lightly damped, they bounce from one rollout into the next. Refined all at once, the starts leave up to five times the noise.
     let values = [
         ("gap_deg", 4.0),
         ("stiffness_nm_per_rad", 0.8),
-        ("damping_ratio", 0.3),
+        ("damping_ratio", 0.1),
         ("load_share", 0.35),
         ("load_drag_share", 0.3),
     ];
     let (plain, with) = robots("backlash", &values);
-    let tracks = tracks(&plain, &[run(&with, 2), run(&with, 3)]);
+    let tracks = tracks(&plain, &ALL.map(|kind| run(&with, kind)));
     let plant = Fit::begin(&FileModel::new(&with), &[], 0, Vec::new()).plant(&FileModel::new(&with));
     let mut starts: Vec<_> = tracks.iter().map(|track| guess(track, 0.02)).collect();
     for (track, (_, errors)) in tracks.iter().zip(refine_all(&plant, &tracks, &mut starts, &[], 2)) {
         let left = (errors.iter().sum::<f64>() / track.readings()).sqrt();
-        assert!(left < 1.1 * NOISE, "{left} rad left");
+        assert!(left < 1.3 * NOISE, "{left} rad left");
     }
 }
 
