@@ -321,6 +321,8 @@ pub enum Followed {
 const FIRST_ROUNDS: usize = 3;
 /// A fit may find this many times what the linear model promises.
 const HOPED: f64 = 4.0;
+/// Of the first step, and of the first with other sensitivities.
+const FIRST_DAMPING: f64 = 1e-3;
 /// Steps that a round tries, each shorter than the one before.
 const ATTEMPTS: usize = 6;
 /// Sensitivities are kept for a further step where the last one brought this share of what the linear model promised.
@@ -399,7 +401,16 @@ impl<'a> Descent<'a> {
         let rolled = roll_all(model, data, &best);
         best.cost = cost(data, &best, &rolled);
         let has_holes = data.tracks.iter().any(|track| track.segments.iter().any(|segment| !segment.whole));
-        Self { model, linearised, data, best, rolled, damping: 1e-3, followed: Followed::WithinSegment, has_holes }
+        Self {
+            model,
+            linearised,
+            data,
+            best,
+            rolled,
+            damping: FIRST_DAMPING,
+            followed: Followed::WithinSegment,
+            has_holes,
+        }
     }
 
     fn sensitivities(&self) -> Vec<Columns> {
@@ -410,11 +421,12 @@ impl<'a> Descent<'a> {
         columns_of(self.linearised, self.data, &self.best, &rolled, self.followed, Vec::new())
     }
 
-    /// Takes sensitivities from farther back from now on; whether there is any more to be had so.
+    /// Takes sensitivities from farther back from now on, if that is another thing; whether it is.
     fn follow_on(&mut self) -> bool {
         let more = self.followed == Followed::WithinSegment && self.best.plant(self.model).has_play();
-        self.followed = Followed::FromOneBefore;
-        self.damping = 1e-3;
+        if more {
+            (self.followed, self.damping) = (Followed::FromOneBefore, FIRST_DAMPING);
+        }
         more
     }
 

@@ -3,13 +3,11 @@
 //! Where a motor and its load meet and part, a hair at the start of one segment decides how their teeth stand at the start of the next. Starts
 //! that are all refined at once then never settle; in order, each is refined with what the ones before it leave behind for good.
 
-use super::{SHORTER, STEP, Step, beginning, on_turn, residual, shaft_at_start, step_of};
+use super::{SETTLED, SHORTER, STEP, Step, beginning, on_turn, shaft_at_start, squared_error, step_of};
 use crate::model::{Boundary, Hidden, Plant};
 use crate::track::{Segment, Track};
 use hal_sim::shaft::Stepper;
 
-/// A segment has settled where a step lowers, or promises to lower, its squared error by less than this share.
-const SETTLED: f64 = 1e-4;
 /// Fewest steps that a start may take.
 const FEWEST_STEPS: usize = 3;
 
@@ -19,22 +17,16 @@ pub(super) fn refine(plant: &Plant, track: &Track, starts: &mut [[f64; 2]], gues
     let mut end = Boundary::default();
     for (i, segment) in track.segments.iter().enumerate() {
         let mut candidates: Vec<[f64; 2]> = guesses.iter().map(|guess| guess[i]).collect();
-        candidates.push(starts[i]);
         candidates.push(if segment.linked { on_turn(end.shaft, starts[i]) } else { [track.angle[segment.first], 0.0] });
-        let mut best: Option<Tried> = None;
+        let mut one = OneSegment { plant, track, segment, stepper: &mut stepper };
+        let mut best = one.begun(starts[i], &end.hidden);
         for start in candidates {
-            let hidden = if segment.linked {
-                end.hidden
-            } else {
-                beginning(plant, track, segment, start, &end.hidden.states, &mut stepper)
-            };
-            let tried = OneSegment { plant, track, segment, stepper: &mut stepper }.tried(start, hidden);
-            if best.as_ref().is_none_or(|best| tried.error < best.error) {
-                best = Some(tried);
+            let tried = one.begun(start, &end.hidden);
+            if tried.error < best.error {
+                best = tried;
             }
         }
-        let Some(best) = best else { continue };
-        let best = OneSegment { plant, track, segment, stepper: &mut stepper }.descend(best, rounds.max(FEWEST_STEPS));
+        let best = one.descend(best, rounds.max(FEWEST_STEPS));
         (starts[i], end) = (best.start, best.end);
     }
 }
@@ -56,16 +48,25 @@ struct OneSegment<'a> {
 }
 
 impl OneSegment<'_> {
+    /// From a start after what the segment before has left.
+    fn begun(&mut self, start: [f64; 2], left: &Hidden) -> Tried {
+        let hidden = if self.segment.linked {
+            *left
+        } else {
+            beginning(self.plant, self.track, self.segment, start, &left.states, self.stepper)
+        };
+        self.tried(start, hidden)
+    }
+
     fn tried(&mut self, start: [f64; 2], hidden: Hidden) -> Tried {
         let Self { plant, track, segment, .. } = *self;
         let mut readings = vec![0.0; segment.last - segment.first];
         let shaft = shaft_at_start(plant, segment, start, &hidden);
         let end = plant.rollout(track, segment, Boundary { hidden, shaft }, self.stepper, &mut readings, None);
-        let mut error = 0.0;
-        for (reading, sample) in readings.iter_mut().zip(segment.first..) {
+        for reading in &mut readings {
             *reading = plant.reading(*reading);
-            error += residual(track, segment, sample, *reading).powi(2);
         }
+        let error = squared_error(track, segment, readings.iter().copied());
         Tried { start, hidden, readings, end, error }
     }
 

@@ -19,6 +19,8 @@ pub type Starts = Vec<Vec<[f64; 2]>>;
 /// The step of a start's angle (rad) and speed (rad/s) from which sensitivities are taken.
 const STEP: [f64; 2] = [1e-4, 5e-3];
 
+/// Starts have settled where a round, or of one of them a step, changes the squared error by less than this share.
+const SETTLED: f64 = 1e-4;
 /// A step promises much if it is this share of the squared error, and it is then tried at these shares of its length too.
 const PROMISED: f64 = 0.01;
 const SHORTER: [f64; 3] = [0.2, 0.08, 0.03];
@@ -127,11 +129,7 @@ fn beginning(
     let mut error = |hidden: &Hidden| -> f64 {
         let shaft = shaft_at_start(plant, segment, start, hidden);
         plant.rollout(track, segment, Boundary { hidden: *hidden, shaft }, stepper, &mut wipers, None);
-        let left = wipers.iter().enumerate().map(|(i, wiper)| {
-            let reading = plant.reading(*wiper);
-            residual(track, segment, segment.first + i, reading).powi(2)
-        });
-        left.sum()
+        squared_error(track, segment, wipers.iter().map(|wiper| plant.reading(*wiper)))
     };
     let tried = draggings.iter().map(hidden).map(|hidden| (error(&hidden), hidden));
     tried.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(Hidden::default, |(_, hidden)| hidden)
@@ -145,13 +143,17 @@ pub fn squared_errors(track: &Track, readings: &[f64]) -> Vec<f64> {
         .segments
         .iter()
         .map(|segment| {
-            let length = segment.last - segment.first;
-            let sum =
-                (0..length).map(|i| residual(track, segment, segment.first + i, readings[offset + i]).powi(2)).sum();
-            offset += length;
-            sum
+            let own = offset..offset + segment.last - segment.first;
+            offset = own.end;
+            squared_error(track, segment, readings[own].iter().copied())
         })
         .collect()
+}
+
+/// The same of one segment.
+fn squared_error(track: &Track, segment: &Segment, readings: impl Iterator<Item = f64>) -> f64 {
+    let left = |(sample, reading)| residual(track, segment, sample, reading).powi(2);
+    (segment.first..segment.last).zip(readings).map(left).sum()
 }
 
 /// Measured minus simulated, rad; 0 where there is no usable reading.
@@ -264,7 +266,7 @@ pub fn refine(
         rolled = rollout(plant, track, starts, None, false);
         errors = squared_errors(track, &rolled.readings);
         let after: f64 = errors.iter().sum();
-        if (before - after).abs() <= 1e-4 * before {
+        if (before - after).abs() <= SETTLED * before {
             break;
         }
     }
