@@ -6,7 +6,8 @@
 //!   form for a speed that is linear in time over the step, and the torque uses its mean over the step: the electrical
 //!   time constant never forces the step.
 //! * Bridge: an H-bridge with slow decay, averaged over a PWM period. Where its transistors and diodes take `drop_v` against
-//!   the current, no current flows while `|v − K ω| < drop_v`, and `slope_ohm` adds to the winding's resistance.
+//!   the current, no current flows while `|v − K ω| < drop_v`, and `slope_ohm` adds to the winding's resistance. What dead time
+//!   takes, it takes of a current below its knee in proportion.
 //! * Shaft, thesis (4.2) with friction, the torques of effects `τ_e(θ)` and what else pulls at it from outside:
 //!   `J dω/dt = K i − b ω − g(ω, load)·s + τ_e(θ) + τ`.
 //! * Friction: Dahl's bristle (P. R. Dahl, "A solid friction model", 1968) in normalised form,
@@ -40,8 +41,8 @@ pub enum Terminals {
     Switched {
         /// duty × supply, V.
         voltage: f64,
-        /// Drop against the current beside the bridge's own, V.
-        drop_v: f64,
+        /// What a current beyond the bridge's knee loses beside the bridge's own drop, V.
+        switching_v: f64,
     },
     /// All switches off: the current dies within microseconds and the shaft coasts.
     Open,
@@ -179,8 +180,8 @@ struct Winding {
 
 /// Beyond this, 1 − exp(−x) is 1 in an `f64`.
 const WHOLE: f64 = 38.0;
-/// Beyond this, exp(−x) is 0.
-const GONE: f64 = 746.0;
+/// Up to this, 1 − exp(−x) would lose digits that −expm1(−x) keeps.
+const SHORT: f64 = 0.5;
 
 impl Winding {
     /// No inductance, or a bridge whose diodes end the current at once: the current is always the settled one.
@@ -191,11 +192,11 @@ impl Winding {
             return Self::SETTLED;
         }
         let ratio = step / tau;
-        // −expm1 keeps the digits where the step is short against τ. Of a long step, the exponentials are known to the last bit.
-        let mean_share = if ratio > WHOLE { 1.0 / ratio } else { -(-ratio).exp_m1() / ratio };
+        let decay = if ratio > WHOLE { 0.0 } else { (-ratio).exp() };
+        let reached = if ratio > SHORT { 1.0 - decay } else { -(-ratio).exp_m1() };
+        let mean_share = reached / ratio;
         let ramp_mean =
             if ratio < 1e-3 { ratio / 6.0 - ratio * ratio / 24.0 } else { 0.5 - (1.0 - mean_share) / ratio };
-        let decay = if ratio > GONE { 0.0 } else { (-ratio).exp() };
         Self { decay, mean_share, ramp_mean }
     }
 }
@@ -295,18 +296,18 @@ impl Shaft {
         stepper
     }
 
-    /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad, behind a bridge with this
-    /// much of a drop (V) beside its own.
+    /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad, behind a bridge that takes
+    /// this much (V) while it switches.
     #[must_use]
-    pub fn settled_current(&self, voltage: f64, speed: f64, drop_v: f64) -> (f64, f64) {
+    pub fn settled_current(&self, voltage: f64, speed: f64, switching_v: f64) -> (f64, f64) {
         let bridge = self.laws.bridge();
-        self.settled(voltage, speed, bridge.drop_v + drop_v, 1.0 / (self.resistance_ohm + bridge.slope_ohm))
+        self.settled(voltage, speed, &bridge, switching_v, 1.0 / (self.resistance_ohm + bridge.slope_ohm))
     }
 
     #[inline]
-    fn settled(&self, voltage: f64, speed: f64, drop_v: f64, conductance: f64) -> (f64, f64) {
+    fn settled(&self, voltage: f64, speed: f64, bridge: &BridgeDrop, switching_v: f64, conductance: f64) -> (f64, f64) {
         let net = voltage - self.torque_constant * speed;
-        let excess = net.abs() - drop_v;
+        let (excess, conductance) = bridge.left_of(net.abs(), switching_v, conductance);
         if excess <= 0.0 {
             (0.0, 0.0)
         } else {
@@ -366,7 +367,7 @@ impl Stepper {
             return Terminals::Driven { voltage: duty * supply_v };
         }
         let voltage = self.bridge.commanded(duty, supply_v);
-        Terminals::Switched { voltage, drop_v: self.bridge.of_switched(duty) * supply_v }
+        Terminals::Switched { voltage, switching_v: self.bridge.of_switched(duty) * supply_v }
     }
 
     /// Speed of the motor, rad/s: the shaft's, but for a load behind a spring.
@@ -409,12 +410,11 @@ impl Stepper {
         let shaft = &self.shaft;
         let (settled, slope, winding) = match terminals {
             Terminals::Driven { voltage } => {
-                let (settled, slope) = shaft.settled(voltage, start_speed, self.bridge.drop_v, self.conductance);
+                let (settled, slope) = shaft.settled(voltage, start_speed, &self.bridge, 0.0, self.conductance);
                 (settled, slope, self.driven)
             }
-            Terminals::Switched { voltage, drop_v } => {
-                let drop_v = self.bridge.drop_v + drop_v;
-                let (settled, slope) = shaft.settled(voltage, start_speed, drop_v, self.conductance);
+            Terminals::Switched { voltage, switching_v } => {
+                let (settled, slope) = shaft.settled(voltage, start_speed, &self.bridge, switching_v, self.conductance);
                 (settled, slope, self.driven)
             }
             Terminals::Open => (0.0, 0.0, Winding::SETTLED),
@@ -527,8 +527,9 @@ impl Stepper {
         let own = self.shaft.laws.torque(state.angle + 0.5 * step * state.speed);
         let outside = own + torque;
         let (motor_angle, motor_speed) = (state.angle + state.twist, state.speed + state.twist_rate);
-        let guessed = coupled.torque(state.twist, state.twist + step * state.twist_rate, step).0;
-        let begun = self.begin(motor_angle, motor_speed, state.current, terminals, -guessed);
+        let mut rate = state.twist_rate;
+        let (mut passed, mut slope) = coupled.torque(state.twist, state.twist + step * rate, step);
+        let begun = self.begin(motor_angle, motor_speed, state.current, terminals, -passed);
         let load_drag = coupled.law.load_drag_share * self.shaft.viscous;
         let gain = 0.5 * step / coupled.inertia;
         let damped = 1.0 + gain * load_drag;
@@ -539,30 +540,32 @@ impl Stepper {
         };
         // The excess of a rate over what its torque leaves rises at least as fast as the rate: the root is no farther than
         // the excess.
-        let mut rate = state.twist_rate;
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         // The last rates tried below and above the root. No step goes back to them: across a touch, from each of two the slope may point
         // to the other.
         let mut tried = [f64::NAN; 2];
-        let (mut passed, mut found) = (guessed, (0.0, 0.0, 0.0));
+        let mut found = speeds(passed);
         for _ in 0..MAX_CORRECTIONS {
-            let slope;
-            (passed, slope) = coupled.torque(state.twist, state.twist + step * rate, step);
-            found = speeds(passed);
             let excess = rate - (found.0 - found.2);
+            if excess.is_nan() || excess.abs() <= PRECISE * (1.0 + rate.abs()) {
+                break;
+            }
             tried[usize::from(excess > 0.0)] = rate;
             if excess > 0.0 {
                 (low, high) = (low.max(rate - excess), rate);
             } else {
                 (low, high) = (rate, high.min(rate - excess));
             }
-            if excess.is_nan() || excess.abs() <= PRECISE * (1.0 + rate.abs()) {
-                break;
-            }
             let newton = rate - excess / (1.0 + slope.max(0.0) * step * (begun.scale + per_torque));
             // Within the play the root is the bracket's end itself.
             let is_new = (low..=high).contains(&newton) && !tried.contains(&newton);
             rate = if is_new { newton } else { 0.5 * (low + high) };
+            let before = passed;
+            (passed, slope) = coupled.torque(state.twist, state.twist + step * rate, step);
+            // Within the play nothing is passed whatever the rate.
+            if passed != before {
+                found = speeds(passed);
+            }
         }
         let (motor, friction, load) = found;
         let gained = (motor - motor_speed) / begun.implicit;

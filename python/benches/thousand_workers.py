@@ -2,8 +2,8 @@
 
     python python/benches/thousand_workers.py [--workers 1000] [--rows 240000] [--seconds 0.4]
 
-The workers are coroutines in a few processes of Ray, so that a small machine holds them; driver, tasks, results and journal are the real
-ones. Prints rows a second beside what the sleep alone would let through, and the driver's own processor time.
+The workers are coroutines in four processes of Ray, so that a small machine holds them: a task is a call of an actor, which asks for no core,
+where a sweep's is scheduled on a node. The driver, the size of what goes to and fro, and the journal are those of a sweep. Prints rows a second beside what the sleep alone would let through, and the driver's own processor time.
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ def diagnose_walk(
     holdout
         Conditions (f in Hz, α in degrees) to judge by, in place of one in four.
     window_s
-        Speeds are those between these times of a run, s.
+        Speeds are those between these times of a run, s: two from 0 on, at least 0.05 s apart.
     draws
         Sets of numbers that are drawn to find where the refit starts.
     seed

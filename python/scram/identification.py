@@ -126,7 +126,21 @@ Run = Recording | str | PathLike[str]
 def identify_potentiometer(robot: Robot, run: Run, *, second: bool = False) -> PotentiometerFit:
     """Find the angle sensor's correction and blind arc from one run at constant voltage.
 
-    ``second`` is for the second of two sensors.
+    Parameters
+    ----------
+    robot
+        A robot with a potentiometer.
+    run
+        A recording of several turns at constant voltage, or its file.
+    second
+        For the second of two sensors, and where it stands against the first.
+
+    Raises
+    ------
+    MissingFileError
+        There is no such file.
+    InputError
+        The recording is of another rig, too short, or the shaft does not turn evenly enough; the robot has no such sensor.
 
     Examples
     --------
@@ -164,8 +178,28 @@ def identify_motor(
 ) -> MotorFit:
     """Find a motor's numbers and its friction from bench runs.
 
-    ``resistance_ohm`` of the winding and ``inertia_kg_m2`` of rotor and load are taken as known to 2 % where they are given:
-    without a measured current the scale of torques hangs on one of them.
+    Parameters
+    ----------
+    robot
+        The robot as its file describes it.
+    fit
+        Recordings, or their files, that numbers are fitted on.
+    holdout
+        Recordings that are judged on and never fitted.
+    resistance_ohm, inertia_kg_m2
+        Of the winding, and of rotor and load, positive, where they are known to 2 %: without a measured current the scale of torques
+        hangs on one of them.
+    seed
+        Seed of the bootstrap.
+    threads
+        Threads; 0 for one a core.
+
+    Raises
+    ------
+    MissingFileError
+        There is no such file.
+    InputError
+        A recording is of another rig or too short or is there twice, the model follows none of them, or a number is not allowed.
     """
     found = _scram.identify_motor(
         robot,
@@ -212,8 +246,29 @@ def identify_backbone(
 ) -> BackboneFit:
     """Find a backbone's stiffness and damping from its free oscillations (thesis section 3.1).
 
-    A run is a :class:`Release` or a motion capture's file; ``body`` is the rigid body that swings, ``base`` the one that holds the
-    fast end where that moves, too, ``module`` which of the robot's modules is at the end, from 1 (default: the last).
+    Parameters
+    ----------
+    robot
+        A robot with a body.
+    fit
+        Oscillations to fit: each a :class:`Release`, or a motion capture's file.
+    holdout
+        Oscillations that are judged on and never fitted.
+    body
+        The rigid body that swings, where a file has several.
+    base
+        The one that holds the fast end, where that moves, too.
+    module
+        Which of the robot's modules is at the end, from 1; the last where nothing is said.
+    gravity
+        How the backbone stands in the room: it lies ``level``, is ``hanging`` from its fast end, or ``none`` where gravity is left out.
+
+    Raises
+    ------
+    MissingFileError
+        There is no such file.
+    InputError
+        A run cannot be used, the robot has no such module, or no stiffness near the file's swings like these runs.
     """
 
     def release(run: Release | str | PathLike[str]) -> str | tuple[str, npt.NDArray[Any], npt.NDArray[Any]]:
@@ -257,9 +312,32 @@ def identify_robot(
 ) -> RobotFit:
     """Find what of a robot decides how it walks, from its measured speeds (thesis section 3.3).
 
-    ``measured`` is a table's file, or columns (a data frame, say) ``f_hz`` (positive clockwise), ``alpha_deg``, ``vx_mm_per_s``,
-    ``vy_mm_per_s`` (to the left) and ``yaw_deg_per_s``, a row a run, NaN where nothing was measured. ``holdout`` are conditions (f, α)
-    to judge by in place of one in four; ``uneven`` looks for an off-centre weight and for each foot's own friction, too.
+    Parameters
+    ----------
+    robot
+        A robot with a body.
+    measured
+        A table's file, or columns (for example a data frame) ``f_hz`` (positive clockwise), ``alpha_deg``, ``vx_mm_per_s``,
+        ``vy_mm_per_s`` (to the left) and ``yaw_deg_per_s``, a row a run, NaN where nothing was measured.
+    holdout
+        Conditions (f in Hz, α in degrees) to judge by, in place of one in four.
+    uneven
+        Look for an off-centre weight and for each foot's own friction, too.
+    window_s
+        Speeds are those between these times of a run, s: two from 0 on, at least 0.05 s apart.
+    draws
+        Sets of numbers that are drawn to find where the fit starts.
+    seed
+        Of these draws.
+    threads
+        Threads; 0 for one a core.
+
+    Raises
+    ------
+    MissingFileError
+        There is no such file.
+    InputError
+        The table has too few conditions, a held-out one is not in it, a number is not allowed, or the robot cannot be simulated.
     """
     found = _scram.identify_robot(
         robot,

@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use simulation::{Drive, DriveCommand, LONGEST_S, Step};
 use sweep::{Axis, Campaign, Design, DriveKind, Factor, Measures, PATH_POINTS, Run, RunSettings, SweepError};
 
+use crate::arguments::whole;
 use crate::errors::{InputError, wrong_input};
 use crate::interrupt::interruptible;
 use crate::robot::Robot;
@@ -15,7 +16,7 @@ use crate::robot::Robot;
 /// How the runs of a batch are made.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Settings {
+pub struct Settings<'py> {
     seconds: f64,
     step_s: f64,
     single: bool,
@@ -23,7 +24,7 @@ pub struct Settings {
     one_robot: bool,
     /// Phase error of an ideal shaft, rad; none for a motor.
     phase_noise: Option<f64>,
-    threads: usize,
+    threads: Bound<'py, PyAny>,
 }
 
 /// Runs every point with every seed. `points` has a row a point and a column a path.
@@ -35,22 +36,23 @@ pub fn simulate_batch<'py>(
     paths: Vec<String>,
     points: PyReadonlyArray2<'py, f64>,
     seeds: PyReadonlyArray1<'py, u64>,
-    settings: Settings,
+    settings: Settings<'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let threads = whole("threads", &settings.threads)?;
     let points: Vec<Vec<f64>> = points.as_array().outer_iter().map(|point| point.to_vec()).collect();
     let design = design(&drives, &paths, points, seeds.as_array().to_vec())?;
     let design = if settings.one_robot { design.clone().with_runs_a_robot(design.seeds.len()) } else { design };
     let shape = (design.points.len(), design.seeds.len());
     let run = run_settings(&settings)?;
     run.check_step(robot.robot()).map_err(|error| InputError::new_err(format!("step_s: {error}")))?;
-    let (builder, threads) = (robot.builder().clone(), settings.threads);
+    let builder = robot.builder().clone();
     let made = interruptible(py, move |stop| -> Result<Vec<Run>, SweepError> {
         identify::robot::in_pool(threads, || Campaign::new(&builder, design, run)?.outcomes_until(stop.flag()))
     })?;
     arrays(py, &made.map_err(|error| wrong_input(&error))?, shape)
 }
 
-fn run_settings(settings: &Settings) -> PyResult<RunSettings> {
+fn run_settings(settings: &Settings<'_>) -> PyResult<RunSettings> {
     let Settings { seconds, step_s, .. } = *settings;
     if !(0.1..=LONGEST_S).contains(&seconds) {
         return Err(InputError::new_err(format!("seconds must be a number from 0.1 to {LONGEST_S}")));

@@ -1,8 +1,11 @@
 //! `scram._scram.Environments`: the batch of robots under the environments of `scram/envs`.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 use hal_sim::body::Precision;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
 use robot_file::edit::Document;
 use sweep::VariantBuilder;
@@ -10,11 +13,16 @@ use tasks::{
     Definition, DriveKind, Maze, MazeRun, Part, Randomization, Reset, Start, Steps, Straight, Task, TaskError, Turn,
 };
 
+use crate::arguments::{self, whole};
 use crate::errors::{InputError, failed, wrong_input};
+use crate::interrupt::interruptible;
 use crate::robot::Robot;
 
 /// The project's robot file, for who names none.
 const ROBOT: &str = include_str!("../../robot.toml");
+/// Simulated seconds, of all robots together, up to which a step is too short to be interrupted: one robot walks some 20 s a second.
+/// The thread that an interruptible call works in would cost more than it is worth there.
+const BRIEF_S: f64 = 1.0;
 /// Seed of the random maze that is drawn where none is named.
 const MAZE_SEED: u64 = 0;
 
@@ -54,12 +62,12 @@ struct GivenStraight {
 }
 
 #[derive(FromPyObject)]
-struct GivenMaze {
+struct GivenMaze<'py> {
     maze: String,
     cell_m: f64,
-    columns: usize,
-    rows: usize,
-    maze_seed: u64,
+    columns: Bound<'py, PyAny>,
+    rows: Bound<'py, PyAny>,
+    maze_seed: Bound<'py, PyAny>,
     k_progress: f64,
     k_step: f64,
     k_exit: f64,
@@ -93,6 +101,8 @@ fn task(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Task> {
         }
         "maze" => {
             let GivenMaze { maze, cell_m, columns, rows, maze_seed, k_progress, k_step, k_exit } = given.extract()?;
+            let (columns, rows): (usize, usize) = (whole("columns", &columns)?, whole("rows", &rows)?);
+            let maze_seed = whole("maze_seed", &maze_seed)?;
             let maze = if chosen("maze", &maze, &MAZES)? {
                 if columns * rows < 2 {
                     let what = format!(
@@ -173,6 +183,13 @@ pub fn environment_defaults<'py>(py: Python<'py>, task: &str) -> PyResult<Bound<
     Ok(values)
 }
 
+/// The project's robot, with all that can be varied of it.
+fn usual() -> PyResult<VariantBuilder> {
+    let document = Document::parse(ROBOT, "robot.toml").map_err(|error| wrong_input(&error))?;
+    let robot = document.robot().map_err(|error| wrong_input(&error))?;
+    Ok(VariantBuilder::of_any(document, robot))
+}
+
 /// What went wrong: with what was given, or while it was done.
 fn raised(error: &TaskError) -> PyErr {
     match error {
@@ -185,117 +202,136 @@ fn raised(error: &TaskError) -> PyErr {
 type Outcome<'py> =
     (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>);
 
-/// Many environments of one definition, advanced together.
-#[pyclass(module = "scram._scram")]
+/// Many environments of one definition, advanced together. What is interrupted goes on to its end and keeps the others waiting until then.
+#[pyclass(frozen, module = "scram._scram")]
 pub struct Environments {
-    inner: tasks::Environments,
+    inner: Arc<Mutex<tasks::Environments>>,
+    step_is_brief: bool,
+}
+
+/// Whatever became of a call that panicked before.
+fn locked(environments: &Mutex<tasks::Environments>) -> MutexGuard<'_, tasks::Environments> {
+    environments.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Environments {
+    /// While nothing else works on them.
+    fn now(&self, py: Python<'_>) -> MutexGuard<'_, tasks::Environments> {
+        self.inner.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[pymethods]
 impl Environments {
     #[new]
-    #[pyo3(signature = (definition, count, robot = None, threads = None))]
+    #[pyo3(signature = (definition, num_envs, robot = None, threads = 0))]
     fn new(
         py: Python<'_>,
         #[pyo3(from_py_with = definition)] definition: Definition,
-        count: usize,
+        #[pyo3(from_py_with = arguments::num_envs)] num_envs: usize,
         robot: Option<PyRef<'_, Robot>>,
-        threads: Option<usize>,
+        #[pyo3(from_py_with = arguments::threads)] threads: usize,
     ) -> PyResult<Self> {
-        let builder = match robot {
-            Some(robot) => robot.builder().as_ref().clone(),
-            None => {
-                let document = Document::parse(ROBOT, "robot.toml").map_err(|error| wrong_input(&error))?;
-                let robot = document.robot().map_err(|error| wrong_input(&error))?;
-                VariantBuilder::of_any(document, robot)
-            }
-        };
-        let made = py.detach(|| tasks::Environments::with_threads(builder, definition, count, threads));
-        Ok(Self { inner: made.map_err(|error| raised(&error))? })
+        let given = robot.map(|robot| robot.builder().clone());
+        let step_is_brief = num_envs as f64 * definition.interval_s <= BRIEF_S;
+        let threads = Some(threads).filter(|threads| *threads > 0);
+        let made = interruptible(py, move |_| -> PyResult<_> {
+            let builder = match given {
+                Some(builder) => builder.as_ref().clone(),
+                None => usual()?,
+            };
+            let made = tasks::Environments::with_threads(builder, definition, num_envs, threads);
+            made.map_err(|error| raised(&error))
+        })??;
+        Ok(Self { inner: Arc::new(Mutex::new(made)), step_is_brief })
     }
 
-    fn __len__(&self) -> usize {
-        self.inner.len()
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.now(py).len()
     }
 
     /// Least and greatest value of every number of an observation.
     #[getter]
     fn observation_bounds<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>) {
-        let bounds = self.inner.definition().observation_bounds();
+        let bounds = self.now(py).definition().observation_bounds();
         let end = |end: usize| bounds.iter().map(|bound| bound[end] as f32).collect::<Vec<_>>().into_pyarray(py);
         (end(0), end(1))
     }
 
     /// How fast the exact drive's shaft changes its speed, rad/s².
     #[getter]
-    fn shaft_acceleration_rad_per_s2(&self) -> f64 {
-        self.inner.shaft_acceleration()
+    fn shaft_acceleration_rad_per_s2(&self, py: Python<'_>) -> f64 {
+        self.now(py).shaft_acceleration()
     }
 
     /// One action of every environment.
-    fn step<'py>(&mut self, py: Python<'py>, actions: PyReadonlyArray1<'py, i64>) -> PyResult<Outcome<'py>> {
+    fn step<'py>(&self, py: Python<'py>, actions: PyReadonlyArray1<'py, i64>) -> PyResult<Outcome<'py>> {
         // An action below 0 becomes one that does not exist.
         let actions: Vec<usize> =
             actions.as_array().iter().map(|action| usize::try_from(*action).unwrap_or(usize::MAX)).collect();
-        let steps = py.detach(|| self.inner.step(&actions)).map_err(|error| raised(&error))?;
-        let Steps { observations, rewards, terminated, truncated } = steps;
-        let size = self.inner.definition().observation_size();
+        let environments = self.inner.clone();
+        let step = move || {
+            let mut environments = locked(&environments);
+            environments.step(&actions).map(|steps| (steps, environments.definition().observation_size()))
+        };
+        let steps = if self.step_is_brief { py.detach(step) } else { interruptible(py, move |_| step())? };
+        let (Steps { observations, rewards, terminated, truncated }, size) = steps.map_err(|error| raised(&error))?;
         let observations = observations.into_pyarray(py).reshape([rewards.len(), size])?;
         Ok((observations, rewards.into_pyarray(py), terminated.into_pyarray(py), truncated.into_pyarray(py)))
     }
 
-    /// Begins episodes: where `mask` is true the next one, or with `seeds` the first one of each seed.
-    #[pyo3(signature = (mask, seeds = None))]
-    fn reset(&mut self, py: Python<'_>, mask: PyReadonlyArray1<'_, bool>, seeds: Option<Vec<u64>>) -> PyResult<()> {
-        let count = self.inner.len();
-        if seeds.as_ref().is_some_and(|seeds| seeds.len() != count) {
-            return Err(InputError::new_err(format!("seed: give one for each of the {count} environments")));
-        }
-        let reset = |(i, begins): (usize, &bool)| match (begins, &seeds) {
-            (false, _) => Reset::Keep,
-            (true, None) => Reset::Next,
-            (true, Some(seeds)) => Reset::Seed(seeds[i]),
+    /// Begins the episode of its seed where `mask` is true.
+    fn reset(
+        &self,
+        py: Python<'_>,
+        mask: PyReadonlyArray1<'_, bool>,
+        seeds: PyReadonlyArray1<'_, i64>,
+    ) -> PyResult<()> {
+        let reset = |(begins, seed): (&bool, &i64)| match begins {
+            false => Reset::Keep,
+            true => Reset::Seed(seed.cast_unsigned()),
         };
-        let resets: Vec<Reset> = mask.as_array().iter().enumerate().map(reset).collect();
-        py.detach(|| self.inner.reset_each(&resets)).map_err(|error| raised(&error))
+        let resets: Vec<Reset> = mask.as_array().iter().zip(seeds.as_array()).map(reset).collect();
+        let environments = self.inner.clone();
+        let done = interruptible(py, move |_| locked(&environments).reset_each(&resets))?;
+        done.map_err(|error| raised(&error))
     }
 
     /// What every environment shows now.
     fn observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let size = self.inner.definition().observation_size();
-        let mut all = vec![0.0; self.inner.len() * size];
-        all.chunks_mut(size).enumerate().for_each(|(i, row)| self.inner.observe(i, row));
-        all.into_pyarray(py).reshape([self.inner.len(), size])
+        let environments = self.now(py);
+        let (count, size) = (environments.len(), environments.definition().observation_size());
+        let mut all = vec![0.0; count * size];
+        all.chunks_mut(size).enumerate().for_each(|(i, row)| environments.observe(i, row));
+        all.into_pyarray(py).reshape([count, size])
     }
 
     /// x and y, m, and heading, rad, of every robot.
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let poses = (0..self.inner.len()).flat_map(|i| {
-            let pose = self.inner.pose(i);
+        let environments = self.now(py);
+        let poses = (0..environments.len()).flat_map(|i| {
+            let pose = environments.pose(i);
             [pose.x, pose.y, pose.heading]
         });
-        poses.collect::<Vec<_>>().into_pyarray(py).reshape([self.inner.len(), 3])
+        poses.collect::<Vec<_>>().into_pyarray(py).reshape([environments.len(), 3])
     }
 
-    /// Seed of every episode.
-    fn episode_seeds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        (0..self.inner.len()).map(|i| self.inner.episode_seed(i).cast_signed()).collect::<Vec<_>>().into_pyarray(py)
-    }
-
-    /// What stopped a robot.
-    fn fault(&self, i: usize) -> Option<&str> {
-        self.inner.fault(i)
+    /// What stopped every robot; none for one that nothing stopped.
+    fn faults(&self, py: Python<'_>) -> Vec<Option<String>> {
+        let environments = self.now(py);
+        (0..environments.len()).map(|i| environments.fault(i).map(str::to_owned)).collect()
     }
 
     /// Keeps every episode of an environment from its next reset on.
-    fn record(&mut self, i: usize) {
-        self.inner.record(i, true);
+    fn record(&self, py: Python<'_>, i: usize) {
+        self.now(py).record(i, true);
     }
 
     /// What was kept of the present episode as a page that shows it in 3D; none before the first step.
     fn page(&self, py: Python<'_>, i: usize, title: &str) -> Option<String> {
         py.detach(|| {
-            let track = self.inner.track(i)?;
+            let environments = locked(&self.inner);
+            let track = environments.track(i)?;
             (track.snapshots.len() > 1).then(|| plot::view::page(track, title))
         })
     }
@@ -307,13 +343,17 @@ impl Environments {
                 "render_size: {width} by {height} pixels\n  help: give 1 to 8000 each"
             )));
         }
-        let (plan, snapshot, trail) = (self.inner.plan(i), self.inner.snapshot(i), self.inner.trail(i));
-        let pixels = py.detach(|| plot::picture(plan, &snapshot, trail, [width, height]));
+        let pixels = py.detach(|| {
+            let environments = locked(&self.inner);
+            let (plan, snapshot, trail) = (environments.plan(i), environments.snapshot(i), environments.trail(i));
+            plot::picture(plan, &snapshot, trail, [width, height])
+        });
         pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
     }
 
     /// The environment's robot for MuJoCo.
-    fn mjcf(&self, i: usize) -> PyResult<String> {
-        mjcf::model("scram", self.inner.plan(i), &mjcf::Options::default()).map_err(|error| wrong_input(&error))
+    fn mjcf(&self, py: Python<'_>, i: usize) -> PyResult<String> {
+        let model = py.detach(|| mjcf::model("scram", locked(&self.inner).plan(i), &mjcf::Options::default()));
+        model.map_err(|error| wrong_input(&error))
     }
 }

@@ -4,6 +4,7 @@ use control::{AdcCode, Sample};
 use pyo3::prelude::*;
 use simulation::{Drive, Step};
 
+use crate::arguments;
 use crate::errors::{InputError, wrong_input};
 use crate::robot::Robot;
 
@@ -48,7 +49,7 @@ impl Controller {
 
     /// Takes a command, in the words of a drive or of a script's line.
     #[pyo3(signature = (command, time_us = 0))]
-    fn command(&mut self, command: &str, time_us: u64) -> PyResult<()> {
+    fn command(&mut self, command: &str, #[pyo3(from_py_with = arguments::time_us)] time_us: u64) -> PyResult<()> {
         let parsed = match command.split_once(' ') {
             Some((kind, argument)) => Drive::parse(&format!("{kind}:{argument}")),
             None => Drive::parse(command),
@@ -71,7 +72,13 @@ impl Controller {
 
     /// One control period: what was measured in, what the bridge is told out.
     #[pyo3(signature = (time_us, angle, battery, second = None))]
-    fn tick(&mut self, time_us: u64, angle: u16, battery: u16, second: Option<u16>) -> Actuation {
+    fn tick(
+        &mut self,
+        #[pyo3(from_py_with = arguments::time_us)] time_us: u64,
+        #[pyo3(from_py_with = arguments::angle)] angle: u16,
+        #[pyo3(from_py_with = arguments::battery)] battery: u16,
+        #[pyo3(from_py_with = arguments::second)] second: Option<u16>,
+    ) -> Actuation {
         let sample = Sample { time_us, angle: AdcCode(angle), second: second.map(AdcCode), battery: AdcCode(battery) };
         let control::Actuation { duty, enable } = self.0.tick(&sample);
         Actuation { duty, enable }

@@ -1,15 +1,18 @@
 //! `scram.diagnose`: what the simulation of a recorded robot gets wrong.
 
+use std::sync::Arc;
+
 use ::diagnose::walk::{self, WalkOptions};
-use ::diagnose::{DiagnoseError, FEWEST_SAMPLES, FittedParameter, Options};
+use ::diagnose::{FEWEST_SAMPLES, FittedParameter, Options};
 use effects::Id;
 use identify::robot::Held;
 use plot::report::{About, WalkAbout, html, walk_html};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recording::{Kept, Loaded, RecordingError, require_same_rig};
+use recording::{Kept, Loaded, RecordingError, Run, require_same_rig};
 use robot_file::edit::Document;
 
+use crate::arguments;
 use crate::errors::{InputError, failed, wrong_input};
 use crate::identify::Speeds;
 use crate::interrupt::interruptible;
@@ -24,35 +27,36 @@ pub fn diagnose<'py>(
     robot: &Robot,
     fit: Vec<PyRef<'py, Recording>>,
     holdout: Vec<PyRef<'py, Recording>>,
-    seed: u64,
+    #[pyo3(from_py_with = arguments::seed)] seed: u64,
     also_try: Vec<String>,
-    threads: usize,
+    #[pyo3(from_py_with = arguments::threads)] threads: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (fit, holdout) = runs(robot, &fit, &holdout)?;
     let also_try = also_try.iter().map(|name| effect(name)).collect::<PyResult<Vec<Id>>>()?;
+    let (fit, holdout) = (runs(&fit), runs(&holdout));
     let model = robot.clone();
-    let found = interruptible(py, move |stop| {
+    let (diagnosis, page, models) = interruptible(py, move |stop| -> PyResult<_> {
+        let (fit, holdout) = samples(&model, &fit, &holdout)?;
         let options = Options { seed, threads, also_try, progress: Some(stop.progress()), ..Options::default() };
-        let diagnosis = ::diagnose::diagnose(model.robot(), &fit, &holdout, &options)?;
+        let diagnosis =
+            ::diagnose::diagnose(model.robot(), &fit, &holdout, &options).map_err(|error| wrong_input(&error))?;
         let about = About {
             robot: model.robot().name.clone(),
             robot_file: model.path().display().to_string(),
             extended_file: None,
             tracking: Vec::new(),
         };
+        let detail = &diagnosis.detail;
+        let source = format!("scram diagnose, fitted on {}", detail.fit_runs.join(", "));
+        let models: Vec<Robot> = std::iter::once(&detail.extended)
+            .chain(&detail.rivals)
+            .map(|fitted| extended(&model, fitted, &source))
+            .collect::<PyResult<_>>()?;
         let page = html(&diagnosis, &about);
-        Ok((diagnosis, page))
-    })?;
-    let (diagnosis, page) = found.map_err(|error: DiagnoseError| wrong_input(&error))?;
-    let detail = &diagnosis.detail;
-    let source = format!("scram diagnose, fitted on {}", detail.fit_runs.join(", "));
-    let models: Vec<Robot> = std::iter::once(&detail.extended)
-        .chain(&detail.rivals)
-        .map(|fitted| extended(robot, fitted, &source))
-        .collect::<PyResult<_>>()?;
+        Ok((diagnosis, page, models))
+    })??;
     let result = PyDict::new(py);
     result.set_item("said", pythonize::pythonize(py, &diagnosis)?)?;
-    result.set_item("summary", &detail.summary)?;
+    result.set_item("summary", &diagnosis.detail.summary)?;
     result.set_item("html", page)?;
     result.set_item("models", models)?;
     Ok(result)
@@ -68,25 +72,29 @@ pub fn diagnose_walk<'py>(
     measured: Speeds<'py>,
     holdout: Vec<(f64, f64)>,
     window_s: (f64, f64),
-    draws: usize,
-    seed: u64,
-    threads: usize,
+    #[pyo3(from_py_with = arguments::draws)] draws: usize,
+    #[pyo3(from_py_with = arguments::seed)] seed: u64,
+    #[pyo3(from_py_with = arguments::threads)] threads: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (measured, name) = measured.named()?;
-    let held = Held::named(&holdout, &measured).map_err(|error| wrong_input(&error))?;
-    let document = robot.document().clone();
-    let found = interruptible(py, move |stop| {
+    let measured = measured.table();
+    let model = robot.clone();
+    let (found, page, robot) = interruptible(py, move |stop| -> PyResult<_> {
+        let name = measured.name();
+        let measured = measured.read()?;
+        let held = Held::named(&holdout, &measured).map_err(|error| wrong_input(&error))?;
         let progress = Some(stop.progress());
         let options = WalkOptions { held, window_s, draws, seed, threads, progress, ..WalkOptions::default() };
-        walk::diagnose_walk(&document, &measured, &options)
-    })?;
-    let found = found.map_err(|error| wrong_input(&error))?;
-    let about = WalkAbout { robot: robot.path().display().to_string(), measured: vec![name], extended_file: None };
+        let found = walk::diagnose_walk(model.document(), &measured, &options).map_err(|error| wrong_input(&error))?;
+        let about = WalkAbout { robot: model.path().display().to_string(), measured: vec![name], extended_file: None };
+        let page = walk_html(&found, &about).map_err(|error| failed(&error))?;
+        let robot = model.with(found.document.clone())?;
+        Ok((found, page, robot))
+    })??;
     let result = PyDict::new(py);
     result.set_item("said", pythonize::pythonize(py, &found)?)?;
     result.set_item("summary", &found.summary)?;
-    result.set_item("html", walk_html(&found, &about).map_err(|error| failed(&error))?)?;
-    result.set_item("robot", robot.with(found.document)?)?;
+    result.set_item("html", page)?;
+    result.set_item("robot", robot)?;
     Ok(result)
 }
 
@@ -97,37 +105,50 @@ pub fn extended(robot: &Robot, fitted: &[FittedParameter], source: &str) -> PyRe
     robot.with(document)
 }
 
-/// The recordings to fit on and to judge by.
-pub fn runs(
+/// What recordings hold, which is not copied.
+pub fn runs(recordings: &[PyRef<'_, Recording>]) -> Vec<Arc<Run>> {
+    recordings.iter().map(|recording| recording.run()).collect()
+}
+
+/// The samples to fit on and to judge by, as what fits wants them: copies.
+pub fn samples(
     robot: &Robot,
-    fit: &[PyRef<'_, Recording>],
-    holdout: &[PyRef<'_, Recording>],
+    fit: &[Arc<Run>],
+    holdout: &[Arc<Run>],
 ) -> PyResult<(Vec<recording::Recording>, Vec<recording::Recording>)> {
-    let all: Vec<&Recording> = fit.iter().chain(holdout).map(|run| &**run).collect();
+    let all: Vec<&Arc<Run>> = fit.iter().chain(holdout).collect();
     for (index, run) in all.iter().enumerate() {
-        usable(robot, run).map_err(|error| wrong_input(&error))?;
-        if all[..index].iter().any(|other| other.same_samples(run)) {
+        if all[..index].iter().any(|other| have_same_samples(other, run)) {
             return Err(InputError::new_err(format!(
                 "{} is there twice\n  help: a model is judged on runs that it was not fitted to: give every run once",
-                run.samples().path.display()
+                run.recording.path.display()
             )));
         }
     }
-    let samples = |runs: &[PyRef<'_, Recording>]| runs.iter().map(|run| run.samples().clone()).collect();
-    Ok((samples(fit), samples(holdout)))
+    let usable = |runs: &[Arc<Run>]| {
+        runs.iter().map(|run| usable(robot, run).map_err(|error| wrong_input(&error))).collect::<PyResult<_>>()
+    };
+    Ok((usable(fit)?, usable(holdout)?))
 }
 
-/// Fails where a recording is of another rig or too short.
-pub fn usable(robot: &Robot, run: &Recording) -> Result<(), RecordingError> {
-    let rows = run.samples().len() as u64;
+/// Whether two runs are one, wherever both come from.
+fn have_same_samples(one: &Run, other: &Run) -> bool {
+    let (one, other) = (&one.recording, &other.recording);
+    one.t_s == other.t_s && one.angle == other.angle && one.drive == other.drive
+}
+
+/// A copy of a recording's samples; fails where it is of another rig or too short.
+pub fn usable(robot: &Robot, run: &Run) -> Result<recording::Recording, RecordingError> {
+    let rows = run.recording.len() as u64;
     let loaded = Loaded {
-        recording: run.samples().clone(),
-        metadata: run.known().clone(),
+        recording: run.recording.clone(),
+        metadata: run.metadata.clone(),
         kept: Kept { rows, kept: rows, stride: 1, outside: 0 },
         notes: Vec::new(),
     };
     require_same_rig(&loaded, robot.robot())?;
-    run.samples().require_samples(FEWEST_SAMPLES)
+    loaded.recording.require_samples(FEWEST_SAMPLES)?;
+    Ok(loaded.recording)
 }
 
 /// An effect of the shaft by its name.

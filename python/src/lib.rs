@@ -2,6 +2,7 @@
 //!
 //! Everything that Python sees is re-exported by `scram/__init__.py` and typed in `scram/_scram.pyi`.
 
+mod arguments;
 mod batch;
 mod bodies;
 mod controller;

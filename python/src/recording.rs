@@ -1,21 +1,24 @@
 //! `scram.Recording`: a run with its columns as numpy arrays.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyImportError, PyKeyError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
-use recording::{AngleReading, Drive, ExtraColumn, Metadata, ReadOptions, Run, Window};
+use pyo3::sync::MutexExt;
+use pyo3::types::{PyBytes, PyDict, PyList};
+use recording::{AngleReading, Drive, ExtraColumn, ReadOptions, Run, Window};
 
+use crate::arguments;
 use crate::errors::{ScramError, failed, unusable_file, wrong_input};
 use crate::interrupt::interruptible;
 
 /// A run: samples, what is known beside them, and of a simulated one its figures.
 ///
-/// ``recording[name]`` is a column as a numpy array of shape (samples,), NaN where a cell is empty; docs/recordings.md says what the
-/// names mean. ``read`` reads one from a file, ``simulate`` makes one, and columns in memory are one by themselves:
+/// ``recording[name]`` is a column as a numpy array of shape (samples,), NaN where a cell is empty, and read-only: what is to be changed
+/// is copied first. docs/recordings.md says what the names mean. ``read`` reads one from a file, ``simulate`` makes one, and columns in memory are one by themselves:
 ///
 /// Parameters
 /// ----------
@@ -47,10 +50,11 @@ use crate::interrupt::interruptible;
 /// >>> scram.Recording({"t_s": t_s, "duty": np.full(1000, 0.5), "angle_rad": 44 * t_s})
 /// <scram.Recording of ?, 1000 samples over 0.999 s>
 #[pyclass(frozen, module = "scram")]
-#[derive(Clone)]
 pub struct Recording {
     run: Arc<Run>,
     metrics: serde_json::Map<String, serde_json::Value>,
+    /// Columns that were asked for, each made once.
+    arrays: Mutex<HashMap<String, Py<PyAny>>>,
 }
 
 /// Names of what the controller said in every row.
@@ -59,23 +63,12 @@ const SAID: [&str; 3] = ["state", "fault", "tracking"];
 impl Recording {
     /// Of a run with its figures.
     pub fn new(run: Run, metrics: serde_json::Map<String, serde_json::Value>) -> Self {
-        Self { run: Arc::new(run), metrics }
+        Self { run: Arc::new(run), metrics, arrays: Mutex::default() }
     }
 
-    /// The samples.
-    pub fn samples(&self) -> &recording::Recording {
-        &self.run.recording
-    }
-
-    /// What is known beside the samples.
-    pub fn known(&self) -> &Metadata {
-        &self.run.metadata
-    }
-
-    /// Whether another recording has the same samples, wherever both come from.
-    pub fn same_samples(&self, other: &Self) -> bool {
-        let (own, other) = (self.samples(), other.samples());
-        own.t_s == other.t_s && own.angle == other.angle && own.drive == other.drive
+    /// The run, which is not copied.
+    pub fn run(&self) -> Arc<Run> {
+        self.run.clone()
     }
 
     fn names(&self) -> Vec<&str> {
@@ -89,8 +82,19 @@ impl Recording {
         self.run.log.numbers.iter().chain(&self.run.extra)
     }
 
-    /// A column; `None` where there is none of this name.
+    /// A column; `None` where there is none of this name. Everybody gets the same array, which nobody may write to.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let arrays = || self.arrays.lock_py_attached(py).unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(array) = arrays().get(name) {
+            return Ok(Some(array.bind(py).clone()));
+        }
+        let Some(array) = self.new_column(py, name)? else { return Ok(None) };
+        array.call_method1("setflags", (false,))?;
+        arrays().insert(name.to_owned(), array.clone().unbind());
+        Ok(Some(array))
+    }
+
+    fn new_column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         let samples = &self.run.recording;
         if !self.names().contains(&name) {
             return Ok(None);
@@ -144,6 +148,9 @@ impl Recording {
     }
 }
 
+/// File, name, figures and notes of a recording.
+type Pickled<'py> = (Bound<'py, PyBytes>, PathBuf, Bound<'py, PyAny>, Vec<String>);
+
 fn or_nan(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
@@ -165,14 +172,20 @@ impl Recording {
     /// The run of columns in memory, as `read` would read them from a file: see `docs/recordings.md` for their names and units.
     #[new]
     #[pyo3(signature = (columns, *, name = PathBuf::from("recording"), metadata = None))]
-    fn of_columns(columns: &Bound<'_, PyAny>, name: PathBuf, metadata: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn of_columns(
+        py: Python<'_>,
+        columns: &Bound<'_, PyAny>,
+        name: PathBuf,
+        metadata: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let mut given = Vec::new();
         for item in columns.call_method0("items")?.try_iter()? {
             let (name, values): (String, Bound<'_, PyAny>) = item?.extract()?;
             given.push((name, floats(&values)?));
         }
         let metadata = metadata.map(pythonize::depythonize).transpose()?.unwrap_or_default();
-        let run = Run::of_columns(&name, given, metadata).map_err(|error| wrong_input(&error))?;
+        let run = interruptible(py, move |_| Run::of_columns(&name, given, metadata))?;
+        let run = run.map_err(|error| wrong_input(&error))?;
         Ok(Self::new(run, serde_json::Map::new()))
     }
 
@@ -223,6 +236,31 @@ impl Recording {
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let run = self.run.clone();
         interruptible(py, move |_| run.write(&path))?.map_err(|error| failed(&error))
+    }
+
+    /// A file of it, which holds all that a run has but its figures.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
+        let pickle = slf.py().import("scram._pickle")?;
+        let file: Bound<'py, PyBytes> = pickle.call_method1("file_of", (slf,))?.cast_into()?;
+        let this = slf.get();
+        let name = this.run.recording.path.clone();
+        Ok((pickle.getattr("recording_of")?, (file, name, this.metrics(slf.py())?, this.notes())))
+    }
+
+    /// The recording in a file that was made of another one, with what the file does not hold.
+    #[staticmethod]
+    fn _of_file(
+        py: Python<'_>,
+        file: PathBuf,
+        name: PathBuf,
+        metrics: &Bound<'_, PyAny>,
+        notes: Vec<String>,
+    ) -> PyResult<Self> {
+        let options = ReadOptions { limit: usize::MAX, ..ReadOptions::default() };
+        let run = interruptible(py, move |_| Run::load(&file, &options))?;
+        let mut run = run.map_err(|error| failed(&error))?;
+        (run.recording.path, run.notes) = (name, notes);
+        Ok(Self::new(run, pythonize::depythonize(metrics)?))
     }
 
     /// The columns as a pandas data frame.
@@ -286,7 +324,7 @@ pub fn read(
     robot: Option<String>,
     from_s: Option<f64>,
     to_s: Option<f64>,
-    most_samples: Option<usize>,
+    #[pyo3(from_py_with = arguments::most_samples)] most_samples: Option<usize>,
 ) -> PyResult<Recording> {
     let window = Window { from_s, to_s };
     // All rows, unless somebody wants fewer.

@@ -1,6 +1,6 @@
 //! `scram.Robot`: a robot file, checked, with other values of its quantities.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -8,7 +8,8 @@ use pyo3::types::{PyDict, PyType};
 use robot_file::edit::Document;
 use sweep::{SettingError, VariantBuilder};
 
-use crate::errors::{InputError, unusable_file, wrong_input};
+use crate::arguments;
+use crate::errors::{InputError, failed, unusable_file, wrong_input};
 
 /// A number of a robot file, its plausible range, and where it comes from.
 #[pyclass(frozen, eq, get_all, module = "scram")]
@@ -67,7 +68,8 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// The robot of a file in memory that came from one on the disk.
+    /// The robot of a file in memory that came from one on the disk. It is read and checked, which takes about 10 ms: not with Python's
+    /// lock.
     pub fn of(document: Document, path: PathBuf) -> PyResult<Self> {
         let robot = document.robot().map_err(|error| wrong_input(&error))?;
         Ok(Self { builder: Arc::new(VariantBuilder::of_any(document, robot)), path })
@@ -88,12 +90,12 @@ impl Robot {
         self.builder.document()
     }
 
-    /// Where the file was read from.
+    /// Where the file was read from, from the root on.
     pub fn path(&self) -> &PathBuf {
         &self.path
     }
 
-    /// The same robot of another document.
+    /// The same robot of another document: see [`Self::of`].
     pub fn with(&self, document: Document) -> PyResult<Self> {
         Self::of(document, self.path.clone())
     }
@@ -101,6 +103,11 @@ impl Robot {
     fn changed(&self, changed: Result<Document, SettingError>) -> PyResult<Self> {
         self.with(changed.map_err(|error| wrong_input(&error))?)
     }
+}
+
+/// From the root on, so that the file and its base are found again whatever the working directory is then.
+fn from_root(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// Values by their dotted paths.
@@ -121,16 +128,20 @@ impl Robot {
     #[new]
     #[pyo3(signature = (path, /, **overrides))]
     fn new(py: Python<'_>, path: PathBuf, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let document = py.detach(|| Document::load(&path)).map_err(|error| unusable_file(&path, &error))?;
-        Self::of(document, path)?.replace(py, overrides)
+        let path = from_root(&path);
+        let read = || Self::of(Document::load(&path).map_err(|error| unusable_file(&path, &error))?, path.clone());
+        py.detach(read)?.replace(py, overrides)
     }
 
     /// From the text of a robot file; `path` is for messages, and a base is looked for beside it.
     #[classmethod]
     #[pyo3(signature = (text, path = PathBuf::from("robot.toml")))]
-    fn from_text(_class: &Bound<'_, PyType>, text: &str, path: PathBuf) -> PyResult<Self> {
-        let document = Document::parse(text, &path.display().to_string()).map_err(|error| wrong_input(&error))?;
-        Self::of(document, path)
+    fn from_text(class: &Bound<'_, PyType>, text: &str, path: PathBuf) -> PyResult<Self> {
+        let path = from_root(&path);
+        class.py().detach(|| {
+            let document = Document::parse(text, &path.display().to_string()).map_err(|error| wrong_input(&error))?;
+            Self::of(document, path)
+        })
     }
 
     /// Name of the robot, as in the file.
@@ -169,19 +180,19 @@ impl Robot {
             return Ok(self.clone());
         }
         let values: Vec<(&str, f64)> = values.iter().map(|(path, value)| (path.as_str(), *value)).collect();
-        self.changed(py.detach(|| self.builder.set(&values)))
+        py.detach(|| self.changed(self.builder.set(&values)))
     }
 
     /// A robot whose uncertain numbers are drawn from the file's spreads: uniform from low to high, in the logarithm where high is more than
     /// three times low. What is decided stays: the controller's numbers, the link's and the chip's, α. The same seed gives the same
     /// robot.
-    fn draw(&self, py: Python<'_>, seed: u64) -> PyResult<Self> {
-        self.changed(py.detach(|| self.builder.drawn(seed)))
+    fn draw(&self, py: Python<'_>, #[pyo3(from_py_with = arguments::seed)] seed: u64) -> PyResult<Self> {
+        py.detach(|| self.changed(self.builder.drawn(seed)))
     }
 
     /// Writes the robot file, whole or not at all.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.document().save(&path)).map_err(|error| wrong_input(&error))
+        py.detach(|| self.document().save(&path)).map_err(|error| failed(&error))
     }
 
     /// The text of the robot file.
@@ -190,6 +201,7 @@ impl Robot {
         self.document().text()
     }
 
+    /// A base is named as the file names it, and looked for beside the file.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, PathBuf))> {
         let this = slf.get();
         Ok((slf.getattr("from_text")?, (this.text(), this.path.clone())))

@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 use serde_json::{Map, Value};
 use simulation::{Drive, DriveError, LONGEST_S, Place, Plan, Ran, Scheduled, SimError, USUAL_S};
 
+use crate::arguments;
 use crate::errors::{InputError, MissingFileError, failed, text, wrong_input};
 use crate::interrupt::interruptible;
 use crate::recording::Recording;
@@ -42,7 +43,7 @@ pub fn simulate(
     robot: &Robot,
     drive: &str,
     seconds: Option<f64>,
-    seed: u64,
+    #[pyo3(from_py_with = arguments::seed)] seed: u64,
     bench: bool,
     faults: &str,
     designed_from: Option<&Robot>,

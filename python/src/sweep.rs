@@ -1,10 +1,12 @@
 //! A sweep whose rows are made elsewhere: the driver's and the workers' side of `scram.cluster`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ::sweep::{Axis, Campaign, Ledger, Lock, LockError, Row, SweepArguments, Target, VariantBuilder, claims};
 use clap::{CommandFactory, Parser};
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
 use robot_file::edit::Document;
 
 use crate::errors::{InputError, ScramError, failed, unusable_file, wrong_input};
@@ -37,18 +39,116 @@ struct Options {
 type Carried = (usize, Vec<String>, Vec<String>);
 
 /// A sweep from a command line.
-#[pyclass(module = "scram._scram")]
+///
+/// What is interrupted goes on to its end and keeps the others waiting until then.
+#[pyclass(frozen, module = "scram._scram")]
 pub struct Sweep {
     options: Options,
+    state: Arc<Mutex<State>>,
+}
+
+/// What becomes of a sweep.
+struct State {
     campaign: Option<Campaign>,
     paths: bool,
     warnings: Vec<String>,
+    /// While the lock lives no other sweep may write where this one does.
     kept: Option<(Ledger, Option<Lock>)>,
 }
 
 /// What is missing once the tables are written.
 fn over() -> PyErr {
     ScramError::new_err("the sweep is not open, or finished already")
+}
+
+impl Options {
+    /// The sweep with this robot, made by a driver or by a worker.
+    fn state(&self, file: &Path, is_worker: bool) -> PyResult<State> {
+        let document = Document::load(file).map_err(|error| unusable_file(file, &error))?;
+        let robot = document.robot().map_err(|error| wrong_input(&error))?;
+        let settings = self.runs.settings();
+        settings.check_step(&robot).map_err(|error| wrong_input(&::sweep::ArgumentError::from(error)))?;
+        let builder = VariantBuilder::new(document, robot).map_err(|error| wrong_input(&error))?;
+        let axes = Axis::parse_all(&self.runs.axes).map_err(|error| wrong_input(&error))?;
+        let (design, paths) = if self.claims {
+            let seeds = self.runs.seeds(self.seed);
+            (claims::design(seeds).with_runs_a_robot(self.runs.runs_a_robot()), false)
+        } else {
+            self.runs.design(axes.clone(), self.seed).map_err(|error| wrong_input(&error))?
+        };
+        let (campaign, warnings) = if is_worker {
+            (Campaign::of_checked(&builder, design, settings), Vec::new())
+        } else {
+            let warnings = builder.check(&axes).map_err(|error| wrong_input(&error))?;
+            (Campaign::new(&builder, design, settings).map_err(|error| wrong_input(&error))?, warnings)
+        };
+        Ok(State { campaign: Some(campaign), paths, warnings, kept: None })
+    }
+}
+
+impl State {
+    fn campaign(&self) -> PyResult<&Campaign> {
+        self.campaign.as_ref().ok_or_else(over)
+    }
+
+    /// Opens the tables and says which groups of runs are missing.
+    fn open(&mut self, options: &Options) -> PyResult<Vec<Vec<usize>>> {
+        let out = &options.out;
+        std::fs::create_dir_all(out)
+            .map_err(|error| ScramError::new_err(format!("the directory {} cannot be made: {error}", out.display())))?;
+        let lock = match Lock::take(out) {
+            Ok(lock) => Some(lock),
+            Err(busy @ LockError::Busy { .. }) => return Err(failed(&busy)),
+            Err(unavailable) => {
+                self.warnings.push(format!("{unavailable}; run no other sweep there"));
+                None
+            }
+        };
+        let campaign = self.campaign()?;
+        let stem = if options.claims { "claims" } else { "sweep" };
+        let target = Target { directory: out, stem, paths: self.paths, fresh: options.fresh };
+        let ledger = campaign.open(&target).map_err(|error| failed(&error))?;
+        let pending = campaign.pending(&ledger).map_err(|error| failed(&error))?;
+        self.kept = Some((ledger, lock));
+        Ok(pending)
+    }
+
+    fn rows(&self, runs: &[usize]) -> PyResult<Vec<Carried>> {
+        let rows = self.campaign()?.rows(runs).map_err(|error| failed(&error))?;
+        let path = |row: &Row| if self.paths { row.path.clone() } else { Vec::new() };
+        Ok(rows.into_iter().map(|row| (row.number, row.cells.clone(), path(&row))).collect())
+    }
+
+    fn book(&mut self, rows: Vec<Carried>) -> PyResult<()> {
+        let (ledger, _) = self.kept.as_mut().ok_or_else(over)?;
+        let rows = rows.into_iter().map(|(number, cells, path)| Row { number, cells, path }).collect();
+        ledger.book(rows).map_err(|error| failed(&error))
+    }
+
+    fn finish(&mut self) -> PyResult<Vec<PathBuf>> {
+        let campaign = self.campaign.take().ok_or_else(over)?;
+        let (ledger, lock) = self.kept.take().ok_or_else(over)?;
+        let swept = campaign.finish(ledger).map_err(|error| failed(&error))?;
+        drop(lock);
+        Ok(std::iter::once(swept.file).chain(swept.paths_file).collect())
+    }
+}
+
+impl Sweep {
+    /// While nothing else works on it.
+    fn now(&self, py: Python<'_>) -> MutexGuard<'_, State> {
+        self.state.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Works on it: the lock on the directory is the work's until it ends, whoever waits for it.
+    fn work<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut State, &Options) -> PyResult<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let (state, options) = (self.state.clone(), self.options.clone());
+        interruptible(py, move |_| work(&mut state.lock().unwrap_or_else(PoisonError::into_inner), &options))?
+    }
 }
 
 #[pymethods]
@@ -61,27 +161,9 @@ impl Sweep {
         let options = Options::try_parse_from(&arguments).map_err(|error| InputError::new_err(error.to_string()))?;
         let is_worker = robot.is_some();
         let file = robot.unwrap_or_else(|| options.robot.clone());
-        py.detach(|| {
-            let document = Document::load(&file).map_err(|error| unusable_file(&file, &error))?;
-            let robot = document.robot().map_err(|error| wrong_input(&error))?;
-            let settings = options.runs.settings();
-            settings.check_step(&robot).map_err(|error| wrong_input(&::sweep::ArgumentError::from(error)))?;
-            let builder = VariantBuilder::new(document, robot).map_err(|error| wrong_input(&error))?;
-            let axes = Axis::parse_all(&options.runs.axes).map_err(|error| wrong_input(&error))?;
-            let (design, paths) = if options.claims {
-                let seeds = options.runs.seeds(options.seed);
-                (claims::design(seeds).with_runs_a_robot(options.runs.runs_a_robot()), false)
-            } else {
-                options.runs.design(axes.clone(), options.seed).map_err(|error| wrong_input(&error))?
-            };
-            let (campaign, warnings) = if is_worker {
-                (Campaign::of_checked(&builder, design, settings), Vec::new())
-            } else {
-                let warnings = builder.check(&axes).map_err(|error| wrong_input(&error))?;
-                (Campaign::new(&builder, design, settings).map_err(|error| wrong_input(&error))?, warnings)
-            };
-            Ok(Self { options, campaign: Some(campaign), paths, warnings, kept: None })
-        })
+        let given = options.clone();
+        let state = interruptible(py, move |_| given.state(&file, is_worker))??;
+        Ok(Self { options, state: Arc::new(Mutex::new(state)) })
     }
 
     /// What the options are, for people.
@@ -92,8 +174,8 @@ impl Sweep {
 
     /// What should be known before it runs.
     #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+    fn warnings(&self, py: Python<'_>) -> Vec<String> {
+        self.now(py).warnings.clone()
     }
 
     /// The robot file that the options name.
@@ -111,20 +193,19 @@ impl Sweep {
     /// All that rows depend on, as text: equal where two machines make the same rows.
     #[getter]
     fn about(&self, py: Python<'_>) -> PyResult<String> {
-        let campaign = self.campaign.as_ref().ok_or_else(over)?;
-        Ok(py.detach(|| campaign.about().to_string()))
+        self.work(py, |state, _| Ok(state.campaign()?.about().to_string()))
     }
 
     /// How many rows there will be.
     #[getter]
-    fn total(&self) -> PyResult<usize> {
-        Ok(self.campaign.as_ref().ok_or_else(over)?.design().runs())
+    fn total(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.now(py).campaign()?.design().runs())
     }
 
     /// How many rows are there.
     #[getter]
-    fn done(&self) -> PyResult<usize> {
-        Ok(self.kept.as_ref().ok_or_else(over)?.0.len())
+    fn done(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.now(py).kept.as_ref().ok_or_else(over)?.0.len())
     }
 
     /// The directory that the options name.
@@ -134,53 +215,27 @@ impl Sweep {
     }
 
     /// Groups of all runs, whatever is there already.
-    fn groups(&self) -> PyResult<Vec<Vec<usize>>> {
-        self.campaign.as_ref().ok_or_else(over)?.all().map_err(|error| failed(&error))
+    fn groups(&self, py: Python<'_>) -> PyResult<Vec<Vec<usize>>> {
+        self.work(py, |state, _| state.campaign()?.all().map_err(|error| failed(&error)))
     }
 
     /// Opens the tables in `--out`, keeps other sweeps out, and says which groups of runs are missing.
-    fn open(&mut self) -> PyResult<Vec<Vec<usize>>> {
-        let out = &self.options.out;
-        std::fs::create_dir_all(out)
-            .map_err(|error| ScramError::new_err(format!("the directory {} cannot be made: {error}", out.display())))?;
-        let lock = match Lock::take(out) {
-            Ok(lock) => Some(lock),
-            Err(busy @ LockError::Busy { .. }) => return Err(failed(&busy)),
-            Err(unavailable) => {
-                self.warnings.push(format!("{unavailable}; run no other sweep there"));
-                None
-            }
-        };
-        let campaign = self.campaign.as_ref().ok_or_else(over)?;
-        let stem = if self.options.claims { "claims" } else { "sweep" };
-        let target = Target { directory: out, stem, paths: self.paths, fresh: self.options.fresh };
-        let ledger = campaign.open(&target).map_err(|error| failed(&error))?;
-        let pending = campaign.pending(&ledger).map_err(|error| failed(&error))?;
-        self.kept = Some((ledger, lock));
-        Ok(pending)
+    fn open(&self, py: Python<'_>) -> PyResult<Vec<Vec<usize>>> {
+        self.work(py, State::open)
     }
 
     /// Makes the rows of runs; nothing is written.
     fn rows(&self, py: Python<'_>, runs: Vec<usize>) -> PyResult<Vec<Carried>> {
-        let campaign = self.campaign.as_ref().ok_or_else(over)?;
-        let rows = py.detach(|| campaign.rows(&runs)).map_err(|error| failed(&error))?;
-        let path = |row: &Row| if self.paths { row.path.clone() } else { Vec::new() };
-        Ok(rows.into_iter().map(|row| (row.number, row.cells.clone(), path(&row))).collect())
+        self.work(py, move |state, _| state.rows(&runs))
     }
 
     /// Keeps rows: once this returns they survive whatever becomes of the process.
-    fn book(&mut self, py: Python<'_>, rows: Vec<Carried>) -> PyResult<()> {
-        let (ledger, _) = self.kept.as_mut().ok_or_else(over)?;
-        let rows = rows.into_iter().map(|(number, cells, path)| Row { number, cells, path }).collect();
-        py.detach(|| ledger.book(rows)).map_err(|error| failed(&error))
+    fn book(&self, py: Python<'_>, rows: Vec<Carried>) -> PyResult<()> {
+        self.work(py, move |state, _| state.book(rows))
     }
 
     /// Writes the tables sorted, and says where.
-    fn finish(&mut self, py: Python<'_>) -> PyResult<Vec<PathBuf>> {
-        let campaign = self.campaign.take().ok_or_else(over)?;
-        let (ledger, lock) = self.kept.take().ok_or_else(over)?;
-        let swept = interruptible(py, move |_| campaign.finish(ledger))?.map_err(|error| failed(&error))?;
-        drop(lock);
-        Ok(std::iter::once(swept.file).chain(swept.paths_file).collect())
+    fn finish(&self, py: Python<'_>) -> PyResult<Vec<PathBuf>> {
+        self.work(py, |state, _| state.finish())
     }
 }

@@ -59,6 +59,7 @@ def test_threads_change_nothing(robot: scram.Robot) -> None:
         ({"seeds": [0.5]}, "whole numbers"),
         ({"seeds": [-1]}, "whole numbers"),
         ({"seconds": 0.0}, "seconds must be"),
+        ({"threads": -1}, "threads: -1 is not a whole number from 0"),
         ({"step_s": 3e-4}, "does not go into"),
         ({"turned_by": "hand"}, "`motor` or `ideal`"),
     ],

@@ -5,11 +5,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from conftest import peer
 
 import scram
 from scram import cluster
@@ -180,9 +181,33 @@ def test_a_node_with_another_version_refuses(tmp_path: Path) -> None:
         cluster.run_commands(other, [0])
 
 
-# Read when Ray is imported: the nodes of a test stay on the loopback interface.
-os.environ.setdefault(cluster.LOOPBACK, "0")
-cluster_utils: Any = pytest.importorskip("ray.cluster_utils")
+@pytest.fixture
+def two_nodes() -> Iterator[tuple[Any, Any]]:
+    """A cluster of two nodes with a core each, and the node that is not its head."""
+    # Read when Ray is imported: the nodes of a test stay on the loopback interface.
+    os.environ.setdefault(cluster.LOOPBACK, "0")
+    cluster_utils = peer("ray.cluster_utils")
+    loopback = {"node_ip_address": "127.0.0.1", "num_cpus": 1}
+    nodes = cluster_utils.Cluster(initialize_head=True, head_node_args={**loopback, "include_dashboard": False})
+    try:
+        doomed = nodes.add_node(**loopback)
+        nodes.wait_for_nodes()
+        yield nodes, doomed
+    finally:
+        nodes.shutdown()
+
+
+def works_on(node: Any, task: str) -> bool:
+    """Whether a node has a task in work: its workers are the raylet's children, and Ray calls a process by its task meanwhile."""
+    raylet = node.all_processes["raylet"][0].process.pid
+    children = subprocess.run(["ps", "--ppid", str(raylet), "-o", "args="], capture_output=True, text=True, check=False)
+    return any(line.startswith(f"ray::{task}") for line in children.stdout.splitlines())
+
+
+def kill_at_work(nodes: Any, node: Any, task: str) -> None:
+    """Kills a node that has a task in work, which dies with it."""
+    until(lambda: works_on(node, task))
+    nodes.remove_node(node, allow_graceful=False)
 
 
 def finished(process: "subprocess.Popen[str]", seconds: float) -> str:
@@ -205,52 +230,45 @@ def until(condition: Callable[[], bool], seconds: float = 90.0) -> None:
         time.sleep(0.05)
 
 
-def test_a_node_and_a_driver_die_and_no_row_is_lost(swept: Path, root: Path, tmp_path: Path) -> None:
-    loopback = {"node_ip_address": "127.0.0.1", "num_cpus": 1}
-    nodes = cluster_utils.Cluster(initialize_head=True, head_node_args={**loopback, "include_dashboard": False})
-    doomed = nodes.add_node(**loopback)
-    nodes.wait_for_nodes()
+def test_a_node_and_a_driver_die_and_no_row_is_lost(
+    two_nodes: tuple[Any, Any], swept: Path, root: Path, tmp_path: Path
+) -> None:
+    nodes, doomed = two_nodes
     table = tmp_path / "sweep.csv"
     arguments = [sys.executable, "-m", "scram.cluster", "sweep", *OPTIONS, "--address", nodes.address]
-    try:
-        def driver() -> "subprocess.Popen[str]":
-            return subprocess.Popen([*arguments, "--out", str(tmp_path)], cwd=root, stderr=subprocess.PIPE, text=True)
 
-        first = driver()
-        until(lambda: rows_of(table) >= 16)
-        os.kill(first.pid, signal.SIGKILL)
-        first.communicate()
-        kept = rows_of(table)
-        assert 16 <= kept < RUNS
-        second = driver()
-        until(lambda: rows_of(table) > kept)
-        nodes.remove_node(doomed, allow_graceful=False)
-        assert rows_of(table) < RUNS, "the node died in the middle"
-        said = finished(second, 240.0)
-        assert f"of {RUNS} runs were there already" in said
-    finally:
-        nodes.shutdown()
+    def driver() -> "subprocess.Popen[str]":
+        return subprocess.Popen([*arguments, "--out", str(tmp_path)], cwd=root, stderr=subprocess.PIPE, text=True)
+
+    first = driver()
+    until(lambda: rows_of(table) >= 16)
+    os.kill(first.pid, signal.SIGKILL)
+    first.communicate()
+    kept = rows_of(table)
+    assert 16 <= kept < RUNS
+    second = driver()
+    until(lambda: rows_of(table) > kept)
+    kill_at_work(nodes, doomed, "make_rows")
+    assert rows_of(table) < RUNS, "the node died in the middle"
+    said = finished(second, 240.0)
+    assert f"of {RUNS} runs were there already" in said
     assert table.read_bytes() == (swept / "sweep.csv").read_bytes()
 
 
 @pytest.mark.usefixtures("on_the_path")
-def test_a_node_dies_and_every_command_is_done(command: str, root: Path, tmp_path: Path) -> None:
+def test_a_node_dies_and_every_command_is_done(
+    two_nodes: tuple[Any, Any], command: str, root: Path, tmp_path: Path
+) -> None:
+    nodes, doomed = two_nodes
     sweep = "sweep --axis f=7 --seconds 0.5 --repeats 200 --seed"
     lines = tmp_path / "commands"
     lines.write_text("".join(f"scram {sweep} {seed}\n" for seed in range(6)) + "scram sweep --axis nothing=7\n")
     out = tmp_path / "out"
     arguments = [sys.executable, "-m", "scram.cluster", "run", str(lines), "--with", "robot.toml", "--out", str(out)]
-    loopback = {"node_ip_address": "127.0.0.1", "num_cpus": 1}
-    nodes = cluster_utils.Cluster(initialize_head=True, head_node_args={**loopback, "include_dashboard": False})
-    doomed = nodes.add_node(**loopback)
-    nodes.wait_for_nodes()
-    try:
-        first = subprocess.Popen([*arguments, "--address", nodes.address], cwd=root, stderr=subprocess.PIPE, text=True)
-        until(lambda: len(list(out.glob("0*"))) >= 2)
-        nodes.remove_node(doomed, allow_graceful=False)
-        _, said = first.communicate(timeout=240.0)
-    finally:
-        nodes.shutdown()
+    first = subprocess.Popen([*arguments, "--address", nodes.address], cwd=root, stderr=subprocess.PIPE, text=True)
+    until(lambda: len(list(out.glob("0*"))) >= 2)
+    kill_at_work(nodes, doomed, "run_commands")
+    _, said = first.communicate(timeout=240.0)
     assert first.returncode == 1 and "1 failed" in said and "0007" in said, said
     assert "no such quantity" in (out / "0007" / "stderr.txt").read_text()
     for seed in range(6):
@@ -262,3 +280,16 @@ def test_a_node_dies_and_every_command_is_done(command: str, root: Path, tmp_pat
     again = subprocess.run(arguments, cwd=root, capture_output=True, text=True, check=False)
     assert again.returncode == 1 and "6 of 7 commands were done already" in again.stderr, again.stderr
     assert (out / "0001" / "done.json").stat().st_mtime_ns == before
+
+
+@pytest.mark.usefixtures("on_the_path")
+def test_a_command_that_fits_on_no_node_is_refused(two_nodes: tuple[Any, Any], root: Path, tmp_path: Path) -> None:
+    nodes, _ = two_nodes
+    lines = tmp_path / "commands"
+    lines.write_text("scram sweep --axis f=7 --seconds 0.1 --repeats 1\n")
+    arguments = [sys.executable, "-m", "scram.cluster", "run", str(lines), "--out", str(tmp_path / "out")]
+    # Two nodes of a core each have two together, and none of them has two.
+    asked = [*arguments, "--cores", "2", "--address", nodes.address]
+    done = subprocess.run(asked, cwd=root, capture_output=True, text=True, timeout=60.0, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "a command needs 2 cores, and the largest node has 1\n  help: give --cores 1 or less" in done.stderr

@@ -1,7 +1,10 @@
 """Diagnosis and identification from Python."""
 
+import math
+from collections.abc import Callable
 from dataclasses import FrozenInstanceError
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas
@@ -137,6 +140,55 @@ def test_speeds_that_tell_nothing_are_refused(root: Path) -> None:
     one = {name: [1.0] for name in ("f_hz", "alpha_deg", "vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s")}
     with pytest.raises(scram.InputError, match="conditions with a speed"):
         scram.identify_robot(robot, one)
+
+
+#: Of conditions enough for a fit.
+CONDITIONS: dict[str, list[float]] = {
+    "f_hz": [6.0, 7.0, 8.0] * 3,
+    "alpha_deg": [60.0] * 3 + [90.0] * 3 + [120.0] * 3,
+    **{name: [1.0] * 9 for name in ("vx_mm_per_s", "vy_mm_per_s", "yaw_deg_per_s")},
+}
+
+
+@pytest.mark.parametrize("call", [scram.identify_robot, scram.diagnose_walk])
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"window_s": (2.0, 1.0)}, "speeds are not told from 2 s to 1 s"),
+        ({"window_s": (1.0, 1.0)}, "the second one later, by 0.05 s at least"),
+        ({"window_s": (0.0, math.inf)}, "speeds are not told from 0 s to inf s"),
+        ({"window_s": (math.nan, 1.0)}, "speeds are not told"),
+        ({"seed": -1}, "seed: -1 is not a whole number from 0"),
+        ({"threads": -1}, "threads: -1 is not a whole number from 0"),
+        ({"draws": -1}, "draws: -1 is not a whole number from 0"),
+    ],
+)
+def test_numbers_that_a_walk_cannot_have_are_refused(
+    root: Path, call: Callable[..., object], arguments: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(scram.InputError, match=says):
+        call(scram.Robot(root / "robot.toml"), CONDITIONS, **arguments)
+
+
+@pytest.mark.parametrize("name", ["resistance_ohm", "inertia_kg_m2"])
+@pytest.mark.parametrize("value", [0.0, -14.8, math.nan, math.inf])
+def test_what_is_known_of_a_motor_is_a_positive_number(
+    example: tuple[scram.Robot, list[Path]], name: str, value: float
+) -> None:
+    robot, runs = example
+    with pytest.raises(scram.InputError, match=f"{name}: a positive number is expected"):
+        scram.identify_motor(robot, runs[:1], runs[1:2], **{name: value})  # type: ignore[arg-type]
+
+
+def test_whole_numbers_of_the_other_calls(example: tuple[scram.Robot, list[Path]]) -> None:
+    robot, runs = example
+    for call in (scram.diagnose, scram.identify_motor):
+        with pytest.raises(scram.InputError, match="threads: -1 is not"):
+            call(robot, runs[:1], runs[1:2], threads=-1)
+        with pytest.raises(scram.InputError, match="seed: -1 is not"):
+            call(robot, runs[:1], runs[1:2], seed=-1)
+    with pytest.raises(scram.InputError, match="module: -1 is not"):
+        scram.identify_backbone(robot, [], module=-1)
 
 
 def test_speeds_come_from_a_capture(tmp_path: Path) -> None:

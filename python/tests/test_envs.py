@@ -1,6 +1,9 @@
 """The environments as Gymnasium uses them."""
 
 import math
+import os
+import subprocess
+import sys
 import threading
 import time
 import warnings
@@ -10,8 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import peer
 
-gymnasium = pytest.importorskip("gymnasium")
+gymnasium = peer("gymnasium")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
@@ -87,28 +91,61 @@ def test_one_environment_is_one_of_many() -> None:
             np.testing.assert_array_equal(mine, theirs)
 
 
-def test_the_three_ways_to_reset() -> None:
-    """Next step, same step and disabled, beside Gymnasium's SyncVectorEnv."""
-    for mode in AutoresetMode:
-        many = gymnasium.make_vec("scram/Turn-v0", num_envs=2, autoreset_mode=mode, **SHORT, **VARIED)
-        assert many.metadata["autoreset_mode"] is mode
-        make = [lambda: gymnasium.make("scram/Turn-v0", **SHORT, **VARIED)] * 2
-        same = SyncVectorEnv(make, autoreset_mode=mode)
-        np.testing.assert_array_equal(many.reset(seed=2)[0], same.reset(seed=2)[0])
-        for step in range(13):
-            given = np.array([actions(i, step) for i in range(2)])
-            mine, theirs = many.step(given), same.step(given)
-            for ours, expected in zip(mine[:4], theirs[:4], strict=True):
-                np.testing.assert_array_equal(ours, expected)
-            assert set(mine[4]) == set(theirs[4])
-            if mine[3].any() and mode is AutoresetMode.SAME_STEP:
-                np.testing.assert_array_equal(mine[4]["final_obs"][1], theirs[4]["final_obs"][1])
-                np.testing.assert_array_equal(mine[4]["final_info"]["pose"], theirs[4]["final_info"]["pose"])
-            if mine[3].any() and mode is AutoresetMode.DISABLED:
-                with pytest.raises(ValueError, match="have ended"):
-                    many.step(given)
-                mask = {"reset_mask": np.array([True, True])}
-                np.testing.assert_array_equal(many.reset(options=mask)[0], same.reset(options=mask)[0])
+def assert_same(mine: Any, theirs: Any, place: str) -> None:
+    """Equal in every value and type, dictionaries and arrays of objects included."""
+    if isinstance(theirs, dict):
+        assert set(mine) == set(theirs), place
+        for key in theirs:
+            assert_same(mine[key], theirs[key], f"{place}[{key!r}]")
+    elif isinstance(theirs, tuple) or (isinstance(theirs, np.ndarray) and theirs.dtype == object):
+        assert type(mine) is type(theirs), place
+        for i, (one, other) in enumerate(zip(mine, theirs, strict=True)):
+            assert_same(one, other, f"{place}[{i}]")
+    else:
+        assert type(mine) is type(theirs) and getattr(mine, "dtype", None) == getattr(theirs, "dtype", None), place
+        np.testing.assert_array_equal(mine, theirs, place)
+
+
+@pytest.fixture(scope="module")
+def weak(root: Path) -> scram.Robot:
+    """A robot whose motor cannot turn its shaft: the supervisor stops it after a time that differs from episode to episode."""
+    return scram.Robot(root / "robot.toml", **{"motor.resistance_ohm": 120.0})
+
+
+@pytest.mark.parametrize("drive", ["exact", "motor"])
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_the_three_ways_to_reset(mode: AutoresetMode, drive: str, weak: scram.Robot) -> None:
+    """Next step, same step and disabled, beside Gymnasium's SyncVectorEnv: the same in everything, ends at different times and faults
+    included.
+    """
+    options = {**VARIED, "interval_s": 0.04, "episode_s": 0.26, "drive": drive, "robot": weak, "randomized": ["ground"]}
+    many = gymnasium.make_vec("scram/Turn-v0", num_envs=4, autoreset_mode=mode, **options)
+    assert many.metadata["autoreset_mode"] is mode
+    same = SyncVectorEnv([lambda: gymnasium.make("scram/Turn-v0", **options)] * 4, autoreset_mode=mode)
+    assert_same(many.reset(seed=2), same.reset(seed=2), "reset")
+
+    def reset(mask: list[bool], seed: Any = None) -> None:
+        mine, theirs = (envs.reset(seed=seed, options={"reset_mask": np.array(mask)}) for envs in (many, same))
+        assert_same(mine, theirs, f"reset of {mask}")
+
+    ended, faults = [], set()
+    for step in range(20):
+        given = np.array([actions(i, step) for i in range(4)])
+        mine, theirs = many.step(given), same.step(given)
+        assert_same(mine, theirs, f"step {step}")
+        over = mine[2] | mine[3]
+        ended += [over.tolist()] if over.any() else []
+        faults |= set(mine[4].get("final_info", mine[4]).get("fault", ())) - {None}
+        if over.any() and mode is AutoresetMode.DISABLED:
+            with pytest.raises(ValueError, match="have ended"):
+                many.step(given)
+            reset(over.tolist())
+        if step == 2:
+            # From here on they end at different times.
+            reset([False, True, False, True], [None, 7, None, None])
+    assert not all(map(all, ended)), "never only some of them"
+    assert np.all(np.sum(ended, axis=0) >= 2), "every one of them ended, and again"
+    assert bool(faults) == (drive == "motor"), faults
 
 
 def test_statistics_of_episodes_are_gymnasiums() -> None:
@@ -150,8 +187,30 @@ def test_an_unseeded_environment_goes_its_own_way() -> None:
     assert len(episodes) == 3
     env = gymnasium.make("scram/Turn-v0")
     first = env.reset(seed=1)[1]["episode_seed"]
+    assert first == 1
     assert env.reset()[1]["episode_seed"] != first
     assert env.reset(seed=1)[1]["episode_seed"] == first
+
+
+def test_any_episode_comes_again_by_its_seed() -> None:
+    def walked(env: Any, **seed: int) -> tuple[int, list[bytes]]:
+        observation, info = env.reset(**seed)
+        return info["episode_seed"], [observation.tobytes(), *(env.step(actions(1, k))[0].tobytes() for k in range(5))]
+
+    options = {"drive": "motor", **SHORT, **VARIED}
+    env = gymnasium.make("scram/Turn-v0", **options)
+    walked(env, seed=3)
+    seed, third = walked(env)[0], walked(env)
+    assert seed != third[0]
+    assert walked(gymnasium.make("scram/Turn-v0", **options), seed=third[0]) == third
+    # One that began by itself among many, too.
+    many = gymnasium.make_vec("scram/Turn-v0", num_envs=2, autoreset_mode=AutoresetMode.SAME_STEP, **options)
+    many.reset(seed=5)
+    for step in range(5):
+        observations, *_, infos = many.step(np.array([actions(1, step)] * 2))
+    seed, rows = infos["episode_seed"][1], [observations[1].tobytes()]
+    rows += [many.step(np.array([actions(1, step)] * 2))[0][1].tobytes() for step in range(4)]
+    assert walked(env, seed=int(seed))[1][:5] == rows
 
 
 def test_another_robot_file(root: Path) -> None:
@@ -193,6 +252,59 @@ def test_wrong_actions_and_seeds_are_refused() -> None:
         envs.step(np.array([0, 10]))
     with pytest.raises(scram.InputError, match="1 actions for 2"):
         envs.step(np.array([0]))
+    for fractions in (np.array([0.0, 7.9]), [1.0, 2.0], np.array([True, False])):
+        with pytest.raises(scram.InputError, match="is no type of whole numbers"):
+            envs.step(fractions)
+    env = gymnasium.make("scram/Turn-v0").unwrapped
+    for seed in (-1, 2**63):
+        for one in (env, envs):
+            with pytest.raises(scram.InputError, match=f"seed: {seed} is not a whole number from 0 to"):
+                one.reset(seed=seed)
+    env.reset(seed=2**63 - 1)
+    for action in (7.9, np.float32(7), np.array([7.0])):
+        with pytest.raises(scram.InputError, match="is no type of whole numbers"):
+            env.step(action)
+    for whole in (7, np.int64(7), np.array(7), np.array([7], dtype=np.uint8)):
+        env.step(whole)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"num_envs": -1}, "num_envs: -1 is not a whole number from 0"),
+        ({"num_envs": 2, "threads": -1}, "threads: -1 is not a whole number from 0"),
+        ({"num_envs": 2, "maze": "random", "columns": -3}, "columns: -3 is not a whole number from 0"),
+        ({"num_envs": 2, "maze": "random", "maze_seed": 2**64}, "maze_seed: 18446744073709551616 is not a whole number"),
+    ],
+)
+def test_numbers_below_0_are_refused(options: dict[str, Any], says: str) -> None:
+    with pytest.raises(scram.InputError, match=says):
+        scram.envs.MazeVectorEnv(**options)
+
+
+def test_no_threads_are_one_a_core(root: Path) -> None:
+    """What 0 means wherever threads are counted."""
+    program = """
+import os, sys, time
+import scram.envs
+def threads():
+    time.sleep(0.3)  # Those that end do so by themselves.
+    return len(os.listdir("/proc/self/task"))
+# What is there once for all.
+del (envs := [scram.envs.TurnVectorEnv(8)])[:]
+before = threads()
+envs.append(scram.envs.TurnVectorEnv(8, threads=int(sys.argv[1])))
+print(threads() - before)
+"""
+    if not Path("/proc/self/task").is_dir():
+        pytest.skip("no /proc to count threads in")
+    environment = {**os.environ, "RAYON_NUM_THREADS": "3"}
+
+    def more(threads: int) -> int:
+        command = [sys.executable, "-c", program, str(threads)]
+        return int(subprocess.run(command, cwd=root, env=environment, check=True, capture_output=True).stdout)
+
+    assert (more(1), more(2), more(0)) == (0, 2, 3)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -218,17 +330,44 @@ def test_a_person_gets_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     page = tmp_path / "walk.html"
     env = gymnasium.make("scram/Turn-v0", render_mode="human", page_path=page, **SHORT)
     env.reset(seed=1)
-    for _ in range(5):
+    for _ in range(4):
         env.step(7)
     assert not page.exists()
-    env.reset()
-    text = page.read_text(encoding="utf-8")
+    env.step(7)
     # Five steps of 40 ms, a frame every 5 ms, and the start.
-    assert '"frames":41' in text
+    assert '"frames":41' in page.read_text(encoding="utf-8")
+    page.unlink()
+    env.reset()
+    assert not page.exists(), "it was written at the end"
+    env.step(7)
+    env.reset()
+    assert '"frames":9' in page.read_text(encoding="utf-8"), "an episode that a reset breaks off"
+    env.step(7)
     env.step(7)
     env.close()
-    assert '"frames":9' in page.read_text(encoding="utf-8")
+    assert '"frames":17' in page.read_text(encoding="utf-8")
     assert opened == [page.as_uri()]
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_the_page_of_one_of_many_ends_with_its_episode(
+    mode: AutoresetMode, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(webbrowser, "open", lambda _: None)
+    page = tmp_path / "walk.html"
+    envs = gymnasium.make_vec(
+        "scram/Turn-v0", num_envs=2, autoreset_mode=mode, render_mode="human", page_path=page, **SHORT
+    )
+    envs.reset(seed=1)
+    for _ in range(5):
+        assert not page.exists()
+        envs.step(np.array([7, 3]))
+    assert '"frames":41' in page.read_text(encoding="utf-8")
+    if mode is AutoresetMode.DISABLED:
+        envs.reset(options={"reset_mask": np.array([True, True])})
+    else:
+        envs.step(np.array([7, 3]))
+    assert '"frames":41' in page.read_text(encoding="utf-8")
 
 
 def test_other_threads_go_on_while_robots_walk() -> None:

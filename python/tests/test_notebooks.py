@@ -5,9 +5,10 @@ import os
 from pathlib import Path
 
 import pytest
+from conftest import peer
 
-nbformat = pytest.importorskip("nbformat")
-nbclient = pytest.importorskip("nbclient")
+nbformat = peer("nbformat")
+nbclient = peer("nbclient")
 
 NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "notebooks").glob("*.ipynb"))
 

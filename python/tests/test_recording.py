@@ -1,5 +1,6 @@
 """Recordings in numpy, pandas, Arrow, and back in files."""
 
+import pickle
 import sys
 from pathlib import Path
 
@@ -42,6 +43,41 @@ def test_columns_are_numpy_arrays(walk: scram.Recording) -> None:
     assert {"x_m", "y_m", "yaw_rad", "truth_angle_rad", "battery_adc", "state"} <= set(walk.columns)
     with pytest.raises(KeyError, match="no column `speed`; there are t_s"):
         walk["speed"]
+
+
+def test_nobody_writes_to_a_column_and_each_is_made_once(walk: scram.Recording) -> None:
+    for name in walk.columns:
+        assert walk[name] is walk[name]
+        with pytest.raises(ValueError, match="read-only"):
+            walk[name][:] = walk[name]
+    own = walk["duty"].copy()
+    own[:] = 0.0
+    assert np.any(walk["duty"] != 0.0)
+    # Of a table in pandas everybody has a copy.
+    frame = walk.to_pandas()
+    frame.loc[:, "duty"] = 0.0
+    assert np.any(walk["duty"] != 0.0)
+
+
+def test_a_recording_survives_a_pickle(walk: scram.Recording, tmp_path: Path) -> None:
+    walk.write(tmp_path / "run.csv")
+    (tmp_path / "noted.csv").write_text("t_s,duty,angle_rad,colour\n0,0.5,0,red\n0.001,0.5,,red\n")
+    numbers = {name: walk[name] for name in ("t_s", "duty", "adc", "battery_adc")}
+    noted = scram.read(tmp_path / "noted.csv")
+    assert noted.notes
+    part = scram.read(tmp_path / "run.csv", from_s=0.1, to_s=0.2)
+    made = scram.Recording(numbers, name="bench", metadata={"robot": "scram-26"})
+    for run in (walk, scram.read(tmp_path / "run.csv"), part, noted, made):
+        again = pickle.loads(pickle.dumps(run))
+        assert set(again.columns) == set(run.columns)
+        for column in run.columns:
+            np.testing.assert_array_equal(again[column], run[column], column)
+        for name in ("commands", "metadata", "metrics", "notes"):
+            assert getattr(again, name) == getattr(run, name), name
+    # It is called what it was called.
+    robot = scram.Robot("robots/motor-136.toml")
+    with pytest.raises(scram.InputError, match="bench: recorded on `scram-26`"):
+        scram.identify_potentiometer(robot, pickle.loads(pickle.dumps(made)))
 
 
 def test_pandas_and_arrow_have_every_column(walk: scram.Recording) -> None:

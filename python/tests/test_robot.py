@@ -1,6 +1,9 @@
 """Robot files from Python."""
 
+import os
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -56,6 +59,14 @@ def test_a_broken_file_says_line_and_field(tmp_path: Path, root: Path) -> None:
         scram.Robot(broken)
 
 
+@pytest.mark.parametrize("seed", [-1, 2**64])
+def test_a_seed_is_a_number_that_the_engine_holds(robot: scram.Robot, seed: int) -> None:
+    with pytest.raises(scram.InputError, match=f"seed: {seed} is not a whole number from 0 to 18446744073709551615"):
+        robot.draw(seed)
+    with pytest.raises(TypeError):
+        robot.draw(1.5)  # type: ignore[arg-type]
+
+
 def test_draws_stay_within_the_spreads_and_come_again(robot: scram.Robot) -> None:
     one, again, other = robot.draw(3), robot.draw(3), robot.draw(4)
     assert one.text == again.text != other.text
@@ -64,6 +75,32 @@ def test_draws_stay_within_the_spreads_and_come_again(robot: scram.Robot) -> Non
     assert spread.low <= resistance.value <= spread.high
     tick = "controller.tick_s"
     assert one.quantities[tick] == robot.quantities[tick]
+
+
+def test_a_file_that_cannot_be_written_is_no_wrong_input(robot: scram.Robot, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(scram.ScramError, match="cannot be written") as caught:
+        robot.write(tmp_path / "file" / "robot.toml")
+    assert not isinstance(caught.value, scram.InputError)
+
+
+def test_a_robot_with_a_base_survives_a_pickle_in_any_directory(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = Path("robots", "motor-136.toml")
+    assert "base = " in (root / file).read_text()
+    robot = scram.Robot(file).replace(**{"motor.resistance_ohm": 18.0})
+    (tmp_path / "robot.pickle").write_bytes(pickle.dumps(robot))
+    # It was found by a path that leads nowhere from here.
+    monkeypatch.chdir(tmp_path)
+    assert pickle.loads(pickle.dumps(robot)).quantities == robot.quantities
+    again = robot.replace(**{"motor.resistance_ohm": 19.0})
+    assert again.quantities["motor.resistance_ohm"].value == 19.0
+    program = "import pickle; print(pickle.load(open('robot.pickle', 'rb')).quantities['motor.resistance_ohm'].value)"
+    elsewhere = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, env=os.environ, check=True, capture_output=True, text=True
+    )
+    assert elsewhere.stdout == "18.0\n"
 
 
 def test_a_robot_survives_a_file_and_a_pickle(robot: scram.Robot, tmp_path: Path) -> None:

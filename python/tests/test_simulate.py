@@ -47,6 +47,7 @@ def test_another_controller_decides_otherwise(robot: scram.Robot) -> None:
         ({"seconds": float("nan")}, "seconds must be a number above 0"),
         ({"faults": "sensor-open"}, "no `@SECONDS`"),
         ({"faults": "sensor-open@9"}, "it would never come"),
+        ({"seed": -1}, "seed: -1 is not a whole number from 0 to 18446744073709551615"),
     ],
 )
 def test_wrong_input_says_what_to_do(robot: scram.Robot, arguments: dict[str, object], says: str) -> None:
@@ -82,5 +83,11 @@ def test_a_controller_refuses_what_the_robot_refuses(robot: scram.Robot) -> None
     controller = scram.Controller(robot)
     with pytest.raises(scram.InputError, match="the robot refuses `freq 99`: the frequency must be from"):
         controller.command("freq:99")
+    sample = {"time_us": 0, "angle": 2048, "battery": 2600}
+    for name, value in [("angle", 70_000), ("battery", -1), ("time_us", -1), ("second", 65_536)]:
+        with pytest.raises(scram.InputError, match=f"{name}: {value} is not a whole number from 0 to"):
+            controller.tick(**{**sample, name: value})
+    with pytest.raises(scram.InputError, match="time_us: -5 is not"):
+        controller.command("freq:7", time_us=-5)
     assert controller.tick_s == pytest.approx(1e-3)
     assert controller.telemetry["state"] == "Idle"

@@ -291,13 +291,15 @@ pub struct Until {
     pub far: f64,
     /// Where the cost would stay above this if it fell by [`HOPED`] times what the linear model promises after the first round.
     pub beaten: f64,
+    /// Whether it goes on from there with sensitivities of [`Followed::FromOneBefore`], if these are another thing.
+    pub follow_on: bool,
 }
 
 impl Until {
     /// After rounds, or where the cost falls by less than a share of it.
     #[must_use]
     pub fn settled(rounds: usize, tolerance: f64) -> Self {
-        Self { rounds, tolerance, far: f64::INFINITY, beaten: f64::INFINITY }
+        Self { rounds, tolerance, far: f64::INFINITY, beaten: f64::INFINITY, follow_on: true }
     }
 
     /// The same, or where what another fit has reached is out of reach: a cost.
@@ -369,7 +371,7 @@ fn descend(mut descent: Descent, until: Until) -> Fit {
         if fall >= HOLDS_GOOD * promised {
             kept = Some(columns);
         }
-        if is_new && fall <= until.tolerance * descent.best.cost && !descent.follow_on() {
+        if is_new && fall <= until.tolerance * descent.best.cost && !(until.follow_on && descent.follow_on()) {
             break;
         }
     }

@@ -24,8 +24,9 @@ const MOST: f64 = 0.5;
 /// What an effect is mistaken for may be mistaken for a third: play between the gears for a soft shaft, that for a late reading, and that
 /// for a late command.
 const RELATIONS: usize = 3;
-/// So many times, as long as it becomes better.
+/// So many times, as long as it leaves at most this share of the mean square error before.
 const RESTARTS: usize = 3;
+const BETTER: f64 = 0.99;
 
 /// Adds pairs of the best single effects, and fits what they are made of from there. A rig that is not the file's gets none.
 pub fn add_pairs(session: &Session, baseline: &Candidate, candidates: &mut Vec<Candidate>, asks: &Asks) {
@@ -92,7 +93,7 @@ fn relatives(
 }
 
 /// Where the best pair takes most of the misfit away and yet does not reach the floor, it is fitted again from every starting point
-/// of each of its effects, the other one where it was found: found alone, an effect makes up for the other. Whether that is better.
+/// of each of its effects, the other one where it was found: found alone, an effect makes up for the other. Whether that is clearly better.
 fn restart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) -> bool {
     let Some(place) = best_pair(candidates) else { return false };
     let pair = &candidates[place];
@@ -101,15 +102,15 @@ fn restart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]
         return false;
     }
     let starts = session.all_starts(&pair.effects);
-    let look = |&effect: &Id| {
-        session.look(&pair.effects, &pair.fit.without(&session.model, effect), &starts, (LOOK, f64::INFINITY))
-    };
+    let least = session.coarse_cost(&pair.fit);
+    let look =
+        |&effect: &Id| session.look(&pair.effects, &pair.fit.without(&session.model, effect), &starts, (LOOK, least));
     let begun = pair.effects.par_iter().map(look).min_by(|a, b| a.cost.total_cmp(&b.cost));
-    let Some(begun) = begun.filter(|begun| begun.cost < session.coarse_cost(&pair.fit)) else { return false };
+    let Some(begun) = begun.filter(|begun| begun.cost < least) else { return false };
     let fit = session.finish(begun, ROUNDS, TOLERANCE, pair.fit.cost);
     let before = pair.mean_square();
     candidates[place].improve(Candidate::of(session, fit, true));
-    candidates[place].mean_square() < before
+    candidates[place].mean_square() < BETTER * before
 }
 
 /// Fits and judges pairs that were not tried yet: of the best single effects each with what a screen about it proposes, and among

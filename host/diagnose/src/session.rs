@@ -494,7 +494,7 @@ impl Session {
     /// A look, given up where it will stay far from the least cost that others have reached.
     fn look_on(&self, begun: Fit, from: &Fit, rounds: usize, least: f64) -> Fit {
         let data = Data { tracks: &self.coarse, ..self.data() };
-        let until = Until { rounds, tolerance: 1e-3, far: FAR * least, beaten: BEATEN * least };
+        let until = Until { rounds, tolerance: 1e-3, far: FAR * least, beaten: BEATEN * least, follow_on: false };
         let mut fit = fit::fit(&self.model, &data, begun, until);
         fit.starts.clone_from(&from.starts);
         fit

@@ -157,6 +157,8 @@ def run(commands: Commands, out: str | Path, *, address: str | None = None) -> l
 
     Raises
     ------
+    InputError
+        A command needs more cores than any node has.
     ScramError
         A node cannot run a program or has another version of it, or a result cannot be written.
     """

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from scram.errors import ScramError
+from scram.errors import InputError, ScramError
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -59,8 +59,20 @@ class Pool(Generic[Item, Result]):
     def of(
         cls, make: Callable[[Any, list[Item]], tuple[Result, float]], shared: object, items: Sequence[Item], cores: int = 1
     ) -> Pool[Item, Result]:
-        """Tasks of so many cores that ``make`` results of what they share and of their items, and say how long that took, s."""
+        """Tasks of so many cores that ``make`` results of what they share and of their items, and say how long that took, s.
+
+        Raises
+        ------
+        InputError
+            No node has so many cores: Ray would wait for one that has.
+        """
         ray = ray_module()
+        largest = largest_node(ray)
+        if cores > largest:
+            raise InputError(
+                f"a command needs {cores} cores, and the largest node has {largest}\n"
+                f"  help: give --cores {max(1, largest)} or less, or add a node with {cores} cores to the cluster"
+            )
         # Whatever a node's death ends is tried again, however often; an error of ours ends the whole.
         made = ray.remote(num_cpus=cores, max_retries=-1, retry_exceptions=False)(make)
         there = ray.put(shared)
@@ -98,6 +110,11 @@ class Pool(Generic[Item, Result]):
         before = self.seconds_an_item
         self.seconds_an_item = seconds if before is None else 0.8 * before + 0.2 * seconds
         self.items_a_task = max(1, round(TASK_S / max(self.seconds_an_item, 1e-6)))
+
+
+def largest_node(ray: ModuleType) -> int:
+    """Cores of the node that has most of them."""
+    return max((int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"]), default=0)
 
 
 @contextmanager

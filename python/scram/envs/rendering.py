@@ -19,8 +19,8 @@ class Renderer:
     """Shows one of some environments.
 
     ``rgb_array`` draws the robot as it is. ``human`` keeps the episode and writes it as one page of HTML at ``render``, at the
-    episode's end and at ``close``; a browser is opened on the first one. The page is ``page_path``, by default in a temporary
-    directory.
+    episode's end, and where it is broken off by a reset or ``close``; a browser is opened on the first one. The page is
+    ``page_path``, by default in a temporary directory.
     """
 
     def __init__(
@@ -33,6 +33,7 @@ class Renderer:
         self.mode = mode
         self._size = size
         self._opened = False
+        self._over = False
         self._page_path = None if page_path is None else Path(page_path)
         if mode == "human":
             environments.record(index)
@@ -50,6 +51,17 @@ class Renderer:
             return self._environments.picture(self._index, *self._size)
         self.write_page()
         return None
+
+    def end(self) -> None:
+        """Writes the page of an episode that is over, before anything is added to it."""
+        self.write_page()
+        self._over = True
+
+    def leave(self) -> None:
+        """Writes the page of an episode that goes no further, if it was not over."""
+        if not self._over:
+            self.write_page()
+        self._over = False
 
     def write_page(self) -> None:
         """Writes the page of the present episode, if it is kept and has begun."""

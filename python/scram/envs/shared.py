@@ -5,9 +5,13 @@ from typing import cast
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from scram._scram import Environments, Robot
+from scram.errors import InputError
+
+#: Seeds are below this: what an array of numbers with a sign holds.
+SEEDS = 2**63
 
 
 def observation_space(environments: Environments) -> spaces.Space[NDArray[np.float32]]:
@@ -22,7 +26,20 @@ def chosen_robot(robot: Robot | str | Path | None) -> Robot | None:
 
 
 def seed_of(seed: int) -> int:
-    """As the engine takes it: 64 bits without a sign."""
-    if seed < 0:
-        raise ValueError(f"seed: {seed} is negative")
-    return seed % 2**64
+    """As the engine takes it."""
+    if not 0 <= seed < SEEDS:
+        raise InputError(f"seed: {seed} is not a whole number from 0 to {SEEDS - 1}")
+    return int(seed)
+
+
+def drawn_seed(random: np.random.Generator) -> int:
+    """A seed for an episode that nobody named one for."""
+    return int(random.integers(SEEDS))
+
+
+def action_indices(actions: ArrayLike) -> NDArray[np.int64]:
+    """Actions as the engine takes them: a number that is not whole names none."""
+    array = np.atleast_1d(np.asarray(actions))
+    if array.dtype.kind not in "iu":
+        raise InputError(f"action: {array.dtype} is no type of whole numbers\n  help: give the index of an action for each robot")
+    return array.astype(np.int64)

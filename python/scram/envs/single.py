@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scram._scram import Environments, Robot
 from scram.envs.definitions import Definition, Maze, Straight, Turn
 from scram.envs.rendering import RENDER_MODES, SIZE, Renderer
-from scram.envs.shared import chosen_robot, observation_space, seed_of
+from scram.envs.shared import action_indices, chosen_robot, drawn_seed, observation_space, seed_of
 
 Observation = NDArray[np.float32]
 
@@ -39,21 +39,22 @@ class RobotEnv(gymnasium.Env[Observation, np.int64]):
         self.render_mode = render_mode
         self._renderer = Renderer(self._environments, 0, render_mode, render_size, page_path)
         self._all = np.ones(1, dtype=np.bool_)
-        self._seeded = False
+        self._episode_seed = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
-        """Begins the first episode of a seed, or without one the next episode."""
-        super().reset(seed=seed)
-        if seed is None and not self._seeded:
-            seed = int(self.np_random.integers(2**63))
-        self._seeded = True
-        self._renderer.write_page()
-        self._environments.reset(self._all, None if seed is None else [seed_of(seed)])
+        """Begins the episode of a seed, or without one that of a seed that the last given one draws."""
+        begun = None if seed is None else seed_of(seed)
+        super().reset(seed=begun)
+        self._episode_seed = drawn_seed(self.np_random) if begun is None else begun
+        self._renderer.leave()
+        self._environments.reset(self._all, np.array([self._episode_seed]))
         return self._environments.observations()[0], self._info()
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Holds a frequency for Δt."""
-        observations, rewards, terminated, truncated = self._environments.step(np.array([action], dtype=np.int64))
+        observations, rewards, terminated, truncated = self._environments.step(action_indices(action))
+        if terminated[0] or truncated[0]:
+            self._renderer.end()
         return observations[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), self._info()
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -65,7 +66,7 @@ class RobotEnv(gymnasium.Env[Observation, np.int64]):
 
     def close(self) -> None:
         """Writes the last episode's page, in ``human`` mode."""
-        self._renderer.write_page()
+        self._renderer.leave()
 
     @property
     def shaft_acceleration_rad_per_s2(self) -> float:
@@ -77,8 +78,8 @@ class RobotEnv(gymnasium.Env[Observation, np.int64]):
         return self._environments.mjcf(0)
 
     def _info(self) -> dict[str, Any]:
-        info = {"pose": self._environments.poses()[0], "episode_seed": int(self._environments.episode_seeds()[0])}
-        fault = self._environments.fault(0)
+        info = {"pose": self._environments.poses()[0], "episode_seed": self._episode_seed}
+        (fault,) = self._environments.faults()
         return info if fault is None else {**info, "fault": fault}
 
 

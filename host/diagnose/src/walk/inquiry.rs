@@ -37,9 +37,10 @@ struct Round {
 
 /// From the refit of the file's model to the verdict.
 pub fn run(document: &Document, measured: &Measured, options: &WalkOptions) -> Result<WalkDiagnosis, RobotError> {
+    let run = options.run()?;
     let table = Table::new(measured, &options.held)?;
     let told = |simulated: usize| options.tell("simulating", (simulated as f64 / (13.0 * SETS_A_NUMBER)).min(0.99));
-    let bench = Bench::new((document, &table), options.run(), options.keep_in.clone(), &told);
+    let bench = Bench::new((document, &table), run, options.keep_in.clone(), &told);
     let mut draws = Stream::new(options.seed, Source::Variation);
     let base = bench.baseline(options.draws, &mut draws)?;
     let mut base = judged(&bench, base, &mut draws)?;

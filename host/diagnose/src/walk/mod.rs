@@ -37,7 +37,7 @@ pub use place::Place;
 pub struct WalkOptions {
     /// Which conditions are held out to judge by.
     pub held: Held,
-    /// Speeds are those between these times, s.
+    /// Speeds are those between these times, s: see [`Run::new`].
     pub window_s: (f64, f64),
     /// Integration step, s.
     pub step_s: f64,
@@ -69,8 +69,8 @@ impl Default for WalkOptions {
 }
 
 impl WalkOptions {
-    fn run(&self) -> Run {
-        Run { from_s: self.window_s.0, to_s: self.window_s.1, step_s: self.step_s }
+    fn run(&self) -> Result<Run, RobotError> {
+        Run::new(self.window_s, self.step_s)
     }
 
     fn tell(&self, what: &str, share: f64) {
@@ -83,7 +83,8 @@ impl WalkOptions {
 /// Compares a robot file with mean speeds and says what its walk lacks.
 ///
 /// # Errors
-/// The robot file has no body, the table too few conditions, nothing can be simulated, or evaluations cannot be kept.
+/// The robot file has no body, the table too few conditions, the times are not two, nothing can be simulated, or evaluations cannot be
+/// kept.
 pub fn diagnose_walk(
     document: &Document,
     measured: &Measured,

@@ -44,7 +44,7 @@ fn measured(document: &Document, seed: u64, hidden: Option<(&str, &[f64])>) -> M
         truth.set_effect(name, &quantities).unwrap();
     }
     let plan = hal_sim::body::Plan::new(&truth.robot().unwrap()).unwrap();
-    let run = Run { step_s: 1e-4, ..early().run() };
+    let run = Run { step_s: 1e-4, ..early().run().unwrap() };
     let conditions = conditions();
     let speeds = simulate(&[Some(plan)], &conditions, run).remove(0).unwrap();
     let largest = [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max));
@@ -52,6 +52,13 @@ fn measured(document: &Document, seed: u64, hidden: Option<(&str, &[f64])>) -> M
     let runs: Vec<_> =
         (0..3).flat_map(|_| conditions.clone()).zip(speeds.iter().cycle()).map(|(at, one)| (at, seen(one))).collect();
     Measured::of_runs(runs)
+}
+
+#[test]
+fn speeds_of_no_time_are_refused() {
+    let options = WalkOptions { window_s: (2.0, 1.0), ..early() };
+    let error = diagnose_walk(&document(), &Measured::of_runs([]), &options).unwrap_err();
+    assert!(matches!(error, RobotError::Window { .. }), "{error}");
 }
 
 #[test]
@@ -94,7 +101,7 @@ fn a_foot_that_grips_less_is_pointed_to() {
     shares[4] = 0.6;
     let measured = measured(&document, 3, Some(("foot_friction", &shares)));
     let table = identify::robot::Table::new(&measured, &identify::robot::Held::None).unwrap();
-    let bench = models::Bench::new((&document, &table), early().run(), None, &|_| {});
+    let bench = models::Bench::new((&document, &table), early().run().unwrap(), None, &|_| {});
     let base = bench.baseline(6, &mut Stream::new(1, Source::Variation)).unwrap();
     let screen = bench.screen(&base, Id::of("foot_friction").unwrap()).unwrap().unwrap();
     let feet = feet::feet(&[screen], 1.0);

@@ -32,7 +32,7 @@ type Limits = [[f64; 2]; 2];
 
 /// The six numbers with the least of (3.1) that was found, as a problem with them, and the runs' starts there.
 pub(super) fn bayes<'a>(
-    rig: &'a Rig,
+    rig: &'a Rig<'a>,
     runs: Vec<Oscillation>,
     spreads: [[f64; 2]; 6],
     search: Search,

@@ -44,6 +44,9 @@ pub enum BackboneError {
     #[error("Bayesian optimisation came to an end: {0}")]
     #[diagnostic(help("try another --seed, or --method least-squares"))]
     Search(String),
+    /// It was told to stop.
+    #[error("the fit was stopped")]
+    Stopped,
     /// No parameters near the file's carry these runs.
     #[error("no stiffness between a quarter and four times the file's gives oscillations like these")]
     #[diagnostic(help("are the angles in radians, and the mass and size of the module at the end in the robot file?"))]

@@ -1,5 +1,7 @@
 //! Hinges and starts of all runs at once.
 
+use std::sync::atomic::AtomicBool;
+
 use nalgebra::{DMatrix, DVector};
 use robot_file::edit::Document;
 use robot_file::robot::{Backbone, Quantity};
@@ -205,17 +207,44 @@ pub fn identify(
     held_out: &[Oscillation],
     options: Options,
 ) -> Result<BackboneFit, BackboneError> {
-    let rig = Rig::new(robot, options.module, options.gravity)?;
+    identify_until(robot, fit, held_out, options, &AtomicBool::new(false))
+}
+
+/// The same until `stop` is true: no oscillation is simulated any more then.
+///
+/// # Errors
+/// As [`identify`], or it was stopped.
+pub fn identify_until(
+    robot: &Robot,
+    fit: &[Oscillation],
+    held_out: &[Oscillation],
+    options: Options,
+    stop: &AtomicBool,
+) -> Result<BackboneFit, BackboneError> {
+    let rig = Rig::new(robot, options.module, options.gravity, stop)?;
+    // Whatever cannot be simulated any more says something else.
+    identify_on(&rig, robot, (fit, held_out), options).map_err(|error| match rig.is_stopped() {
+        true => BackboneError::Stopped,
+        false => error,
+    })
+}
+
+fn identify_on(
+    rig: &Rig<'_>,
+    robot: &Robot,
+    (fit, held_out): (&[Oscillation], &[Oscillation]),
+    options: Options,
+) -> Result<BackboneFit, BackboneError> {
     if fit.is_empty() {
         return Err(BackboneError::Nothing);
     }
     let released = |runs: &[Oscillation]| runs.iter().map(Oscillation::released).collect::<Result<Vec<_>, _>>();
     let (runs, others) = (released(fit)?, released(held_out)?);
     let (problem, minimum) = match options.method {
-        Method::LeastSquares => least_squares(&rig, runs).ok_or(BackboneError::Hopeless)?,
+        Method::LeastSquares => least_squares(rig, runs).ok_or(BackboneError::Hopeless)?,
         Method::Bayes(search) => {
             let backbone = robot.backbone.as_ref().ok_or(BackboneError::Hopeless)?;
-            bayes(&rig, runs, quantities(backbone).map(|one| [one.low, one.high]), search)?
+            bayes(rig, runs, quantities(backbone).map(|one| [one.low, one.high]), search)?
         }
     };
     let found = problem.hinges(&minimum.point);
@@ -227,7 +256,7 @@ pub fn identify(
     for run in others {
         let (weights, name) = (problem.weights, run.name.clone());
         let judge = |hinges: Hinges| {
-            let mut judged = Problem { weights, ..Problem::of(&rig, vec![run.clone()], hinges) };
+            let mut judged = Problem { weights, ..Problem::of(rig, vec![run.clone()], hinges) };
             let minimum = judged.starts(STEPS)?;
             Some((judged.error(&minimum), judged.tracks(&minimum, true)))
         };
@@ -252,7 +281,7 @@ fn quantities(backbone: &Backbone) -> [&Quantity; 6] {
     ]
 }
 
-fn least_squares(rig: &Rig, runs: Vec<Oscillation>) -> Option<(Problem<'_>, Minimum)> {
+fn least_squares<'a>(rig: &'a Rig<'a>, runs: Vec<Oscillation>) -> Option<(Problem<'a>, Minimum)> {
     let begin = start::of_grid(rig, &runs)?;
     let mut problem = Problem { begin: Some(begin), ..Problem::of(rig, runs, rig.file()) };
     let minimum = problem.settle()?;
@@ -260,13 +289,18 @@ fn least_squares(rig: &Rig, runs: Vec<Oscillation>) -> Option<(Problem<'_>, Mini
 }
 
 #[cfg(not(feature = "bayes"))]
-fn bayes(_: &Rig, _: Vec<Oscillation>, _: [[f64; 2]; 6], _: Search) -> Result<(Problem<'_>, Minimum), BackboneError> {
+fn bayes<'a>(
+    _: &'a Rig<'a>,
+    _: Vec<Oscillation>,
+    _: [[f64; 2]; 6],
+    _: Search,
+) -> Result<(Problem<'a>, Minimum), BackboneError> {
     Err(BackboneError::WithoutBayes)
 }
 
 /// Everything that is looked for: logarithms of the hinges over the file's, then start and offsets of each run.
 pub(super) struct Problem<'a> {
-    rig: &'a Rig,
+    rig: &'a Rig<'a>,
     pub(super) runs: Vec<Oscillation>,
     /// One over the noise about x, y, z, 1/rad.
     weights: [f64; 3],
@@ -279,7 +313,7 @@ pub(super) struct Problem<'a> {
 
 impl<'a> Problem<'a> {
     /// With given hinges: only the runs' starts and offsets are looked for.
-    pub(super) fn of(rig: &'a Rig, runs: Vec<Oscillation>, fixed: Hinges) -> Self {
+    pub(super) fn of(rig: &'a Rig<'a>, runs: Vec<Oscillation>, fixed: Hinges) -> Self {
         Self { rig, runs, weights: [1e3; 3], begin: None, fixed, outliers: 0 }
     }
 

@@ -27,7 +27,7 @@ mod section;
 mod start;
 
 pub use error::BackboneError;
-pub use fit::{BackboneFit, HeldOut, HingeFit, Interval, Method, Options, Search, Track, identify};
+pub use fit::{BackboneFit, HeldOut, HingeFit, Interval, Method, Options, Search, Track, identify, identify_until};
 pub use oscillation::Oscillation;
 pub use rig::{Gravity, rotation_vector};
 pub use section::{Section, SectionError};

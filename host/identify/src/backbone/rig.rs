@@ -1,7 +1,7 @@
 //! The rig of thesis figure 3.3, simulated: a backbone held fast at one end, a module at the other, let go.
 
 use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use hal_sim::body::coordinates::Coordinates;
 use hal_sim::body::skeleton::{Matrix, Skeleton, product, transposed};
@@ -43,8 +43,10 @@ pub type Hinges = [f64; 6];
 
 /// The rig, but for what is looked for.
 #[derive(Debug)]
-pub struct Rig {
+pub struct Rig<'a> {
     plan: Plan,
+    /// Once it is true nothing can be simulated any more.
+    stop: &'a AtomicBool,
     /// Oscillations that were simulated.
     simulated: AtomicUsize,
 }
@@ -61,12 +63,17 @@ pub struct Release {
     pub seconds: f64,
 }
 
-impl Rig {
-    /// From a robot file: the first backbone, with `module` (from 1) at its end.
+impl<'a> Rig<'a> {
+    /// From a robot file: the first backbone, with `module` (from 1) at its end. It works until `stop` is true.
     ///
     /// # Errors
     /// The file has no body or no such module.
-    pub fn new(robot: &Robot, module: Option<usize>, gravity: Gravity) -> Result<Self, BackboneError> {
+    pub fn new(
+        robot: &Robot,
+        module: Option<usize>,
+        gravity: Gravity,
+        stop: &'a AtomicBool,
+    ) -> Result<Self, BackboneError> {
         let whole = Plan::new(robot).map_err(|error| BackboneError::Robot(error.to_string()))?;
         let number = module.unwrap_or(whole.modules.len());
         let Some(end) = number.checked_sub(1).and_then(|place| whole.modules.get(place)) else {
@@ -92,7 +99,7 @@ impl Rig {
             },
             walls: vec![],
         };
-        Ok(Self { plan, simulated: AtomicUsize::new(0) })
+        Ok(Self { plan, stop, simulated: AtomicUsize::new(0) })
     }
 
     /// What the file says.
@@ -112,6 +119,12 @@ impl Rig {
         [x, y + end.mass * arm * arm, z + end.mass * arm * arm]
     }
 
+    /// Whether it was told to stop.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
     /// How many oscillations were simulated so far.
     #[must_use]
     pub fn simulated(&self) -> usize {
@@ -126,8 +139,11 @@ impl Rig {
     }
 
     /// Rotation vectors of the end against its pose at rest, world frame, rad, every [`POINT_S`]; `None` where no step carries
-    /// the hinges.
+    /// the hinges, or it was told to stop.
     pub fn oscillations(&self, releases: &[Release]) -> Option<Vec<Vec<[f64; 3]>>> {
+        if self.is_stopped() {
+            return None;
+        }
         self.simulated.fetch_add(releases.len(), Ordering::Relaxed);
         let mut different: Vec<Hinges> = Vec::new();
         let mut places = Vec::new();

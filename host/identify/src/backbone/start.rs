@@ -18,7 +18,7 @@ const SMALL: f64 = 0.02;
 const LONGEST_S: f64 = 1.0;
 
 /// The best of the grid, axis by axis; `None` where nothing can be simulated.
-pub fn of_grid(rig: &Rig, runs: &[Oscillation]) -> Option<Hinges> {
+pub fn of_grid(rig: &Rig<'_>, runs: &[Oscillation]) -> Option<Hinges> {
     let seconds = runs.iter().map(Oscillation::seconds).fold(0.0, f64::max).min(LONGEST_S);
     let file = rig.file();
     let mut best = [(f64::INFINITY, [1.0, 1.0]); 3];

@@ -2,6 +2,7 @@
 //! is the system tests' business (`tests/src/body/backbone.rs`).
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
@@ -19,7 +20,8 @@ fn robot() -> Robot {
 
 /// The oscillation of hinges that are these factors on the file's, at 150 frames a second, one in ten of them lost.
 fn made(factors: [f64; 6], start: [f64; START], noise: f64, held_s: f64, seed: u64) -> Oscillation {
-    let rig = Rig::new(&robot(), None, WITHOUT.gravity).unwrap();
+    let stop = AtomicBool::new(false);
+    let rig = Rig::new(&robot(), None, WITHOUT.gravity, &stop).unwrap();
     let file = rig.file();
     let hinges = std::array::from_fn(|k| file[k] * factors[k]);
     let points = rig.oscillations(&[Release { hinges, start, seconds: 1.5 }]).unwrap().remove(0);
@@ -116,6 +118,15 @@ fn bayes_finds_the_same_numbers_with_the_same_seed_leaves_what_does_not_swing_an
     assert_ne!(by(2, fewest).unwrap().hinges, fit.hinges);
     let refused = by(1, fewest - 1).unwrap_err();
     assert_eq!(refused, BackboneError::TooFew { evaluations: fewest - 1, fewest });
+}
+
+#[test]
+fn a_fit_that_is_stopped_says_so_and_simulates_nothing_more() {
+    let mut start = [0.0; START];
+    start[3] = 0.2;
+    let runs = [made([1.0; 6], start, 2e-3, 0.0, 5)];
+    let error = identify_until(&robot(), &runs, &[], WITHOUT, &AtomicBool::new(true)).unwrap_err();
+    assert_eq!(error, BackboneError::Stopped);
 }
 
 #[test]

@@ -30,6 +30,17 @@ pub enum RobotError {
         /// Degrees.
         alpha_deg: f64,
     },
+    /// Speeds cannot be told between these times.
+    #[error("speeds are not told from {from_s} s to {to_s} s")]
+    #[diagnostic(help("give two times from 0 s on, the second one later, by {least_s} s at least"))]
+    Window {
+        /// s.
+        from_s: f64,
+        /// s.
+        to_s: f64,
+        /// s.
+        least_s: f64,
+    },
     /// Too much is held out.
     #[error("leaves too few conditions to fit")]
     TooFewLeft,

@@ -24,7 +24,7 @@ pub struct Options {
     pub held: Held,
     /// Whether weight and friction may be uneven (`payload_offset`, `foot_friction`).
     pub uneven: bool,
-    /// Speeds are those between these times, s.
+    /// Speeds are those between these times, s: see [`Run::new`].
     pub window_s: (f64, f64),
     /// Integration step, s.
     pub step_s: f64,
@@ -87,7 +87,8 @@ const WITHIN: f64 = 2.0;
 /// Finds the numbers of a robot from its speeds.
 ///
 /// # Errors
-/// The robot file has no body, the table too few conditions, nothing can be simulated, or evaluations cannot be kept.
+/// The robot file has no body, the table too few conditions, the times are not two, nothing can be simulated, or evaluations cannot be
+/// kept.
 pub fn identify(document: &Document, measured: &Measured, options: &Options) -> Result<RobotFit, RobotError> {
     in_pool(options.threads, || identify_here(document, measured, options))
 }
@@ -102,9 +103,9 @@ pub fn in_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
 }
 
 fn identify_here(document: &Document, measured: &Measured, options: &Options) -> Result<RobotFit, RobotError> {
+    let run = Run::new(options.window_s, options.step_s)?;
     let table = Table::new(measured, &options.held)?;
     let numbers = Numbers::new(document, options.uneven)?;
-    let run = Run { from_s: options.window_s.0, to_s: options.window_s.1, step_s: options.step_s };
     let tell = |what: &str, share: f64| {
         if let Some(progress) = &options.progress {
             progress(what, share);

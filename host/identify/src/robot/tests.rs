@@ -39,12 +39,27 @@ fn measured(coordinates: &[(&str, f64)]) -> Measured {
         .iter()
         .map(|number| coordinates.iter().find(|(path, _)| *path == number.path).map_or(0.0, |(_, at)| *at))
         .collect();
-    let run = Run { from_s: SHORT.window_s.0, to_s: SHORT.window_s.1, step_s: SHORT.step_s };
+    let run = Run::new(SHORT.window_s, SHORT.step_s).unwrap();
     let all = speeds(&[numbers.plan(&at).ok()], &conditions(), run).remove(0).unwrap();
     let mut draws = Stream::new(5, Source::Variation);
     let mut repeat =
         || all.iter().map(|speeds| speeds.map(|speed| Some(speed + 0.15 * draws.normal()))).collect::<Vec<_>>();
     Measured::of_runs((0..3).flat_map(|_| conditions().into_iter().zip(repeat())).collect::<Vec<_>>())
+}
+
+#[test]
+fn speeds_are_told_between_two_times_that_lie_apart() {
+    let few = Measured::of_runs([]);
+    for window_s in [(2.0, 1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, 1.02), (0.0, f64::INFINITY), (f64::NAN, 1.0)] {
+        let error = Run::new(window_s, 2e-4).unwrap_err();
+        assert!(matches!(error, RobotError::Window { .. }), "{window_s:?}: {error}");
+        // Whatever else is wrong.
+        let error = identify(&document(), &few, &Options { window_s, ..SHORT }).unwrap_err();
+        assert!(matches!(error, RobotError::Window { .. }), "{window_s:?}: {error}");
+    }
+    for window_s in [(0.0, 0.05), (0.3, 0.35), (1.0, 2.0)] {
+        assert!(Run::new(window_s, 2e-4).is_ok(), "{window_s:?}");
+    }
 }
 
 #[test]

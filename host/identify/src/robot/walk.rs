@@ -4,6 +4,8 @@ use common::conventions::omega_from_frequency;
 use hal_sim::body::{Drive, Ensemble, Plan, Precision, Settings, Track};
 use rayon::prelude::*;
 
+use super::RobotError;
+
 /// How conditions are run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run {
@@ -19,6 +21,26 @@ pub struct Run {
 const LOOK_S: f64 = 0.05;
 /// Bodies side by side: the lanes of a register in single precision.
 const TOGETHER: usize = 8;
+
+impl Run {
+    /// Of speeds between two times, s, in steps of `step_s`.
+    ///
+    /// # Errors
+    /// The times are not two from 0 on with at least one look at the heading between them.
+    pub fn new(window_s: (f64, f64), step_s: f64) -> Result<Self, RobotError> {
+        let (from_s, to_s) = window_s;
+        let run = Self { from_s, to_s, step_s };
+        if from_s >= 0.0 && to_s.is_finite() && run.looks() >= 1.0 {
+            return Ok(run);
+        }
+        Err(RobotError::Window { from_s, to_s, least_s: LOOK_S })
+    }
+
+    /// Looks at the heading after the first one.
+    fn looks(&self) -> f64 {
+        ((self.to_s - self.from_s) / LOOK_S).round()
+    }
+}
 
 /// Longitudinal and lateral speed, mm/s, and yaw, °/s, of every body under every condition (f in Hz, positive clockwise; α in degrees);
 /// none for a body of which a run blew up or cannot be stepped.
@@ -66,7 +88,7 @@ fn together(trials: &[(Plan, f64)], run: Run) -> Vec<Option<[f64; 3]>> {
     let mut tracks: Vec<Track> =
         plans.into_iter().map(|plan| Track { plan, snapshots: Vec::new(), energy_j: Vec::new() }).collect();
     let steps = |seconds: f64| (seconds / run.step_s).round() as usize;
-    let looks = ((run.to_s - run.from_s) / LOOK_S).round().max(1.0) as usize;
+    let looks = run.looks() as usize;
     bodies.advance(steps(run.from_s), &drives);
     for look in 0..=looks {
         if look > 0 {

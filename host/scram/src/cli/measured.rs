@@ -2,12 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use ::identify::robot::{Held, Placement, speeds};
+use ::identify::robot::{Held, Placement, Run, speeds};
 use clap::Args;
 use miette::{Report, miette};
 use sweep::Measured;
 
 use super::identify::capture::CaptureArgs;
+
+/// Integration step where nothing is said, s.
+const STEP_S: f64 = 2e-4;
 
 /// Which walks were measured, and how they are simulated.
 #[derive(Args)]
@@ -20,7 +23,7 @@ pub struct MeasuredArgs {
     #[arg(long, value_name = "FROM,TO", value_parser = window, default_value = "1,2")]
     pub window: (f64, f64),
     /// Integration step, s
-    #[arg(long, default_value_t = 2e-4, value_name = "SECONDS")]
+    #[arg(long, default_value_t = STEP_S, value_name = "SECONDS")]
     pub step: f64,
     /// Threads [default: one a core]
     #[arg(long, default_value_t = 0, hide_default_value = true)]
@@ -45,9 +48,8 @@ pub fn condition(words: &str) -> Result<(f64, f64), String> {
 }
 
 fn window(words: &str) -> Result<(f64, f64), String> {
-    pair(words)
-        .filter(|(from, to)| *from >= 0.0 && to > from)
-        .ok_or_else(|| "two times in s are expected, the second one later, as 1,2".into())
+    let found = pair(words).filter(|window_s| Run::new(*window_s, STEP_S).is_ok());
+    found.ok_or_else(|| "two times in s are expected, the second one later, as 1,2".into())
 }
 
 impl MeasuredArgs {

@@ -12,6 +12,9 @@ use ctutils::CtEq;
 /// Length of a token before it is written in hexadecimal digits.
 const TOKEN_BYTES: usize = 16;
 
+/// Where a server of HTTP listens that no address names a port of.
+const HTTP_PORT: u16 = 80;
+
 /// What a request must bring.
 #[derive(Clone, Debug)]
 pub struct Access {
@@ -86,12 +89,16 @@ impl Access {
         if origin.strip_prefix("http://") == Some(host) { Ok(()) } else { Err(Denied::Origin) }
     }
 
-    /// A number, which no site can claim, or `localhost`, and the port.
+    /// A number, which no site can claim, or `localhost`, and the port, which browsers leave out where it is HTTP's own.
     fn is_ours(&self, host: &str) -> bool {
-        let Some((name, port)) = host.rsplit_once(':') else { return false };
+        let (name, port) = match host.rsplit_once(':') {
+            // The colons of `[::1]` are in the number.
+            Some((name, port)) if !port.ends_with(']') => (name, port.parse().ok()),
+            _ => (host, Some(HTTP_PORT)),
+        };
         let number = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
         let is_number = number.parse::<IpAddr>().is_ok();
-        (is_number || name.eq_ignore_ascii_case("localhost")) && port.parse() == Ok(self.port)
+        (is_number || name.eq_ignore_ascii_case("localhost")) && port == Some(self.port)
     }
 }
 
@@ -120,6 +127,19 @@ mod tests {
         {
             assert_eq!(access.page(host, ""), Err(Denied::Host), "{host}");
         }
+    }
+
+    #[test]
+    fn the_port_of_http_itself_is_left_out() {
+        let access = access("127.0.0.1:80", false);
+        for host in ["127.0.0.1", "127.0.0.1:80", "localhost", "[::1]", "[::1]:80"] {
+            assert_eq!(access.page(host, ""), Ok(()), "{host}");
+            assert_eq!(access.socket(host, &format!("http://{host}"), ""), Ok(()), "{host}");
+        }
+        for host in ["evil.example", "127.0.0.1:8080", "127.0.0.1:", "[::1", "[::1]:", "", "[]"] {
+            assert_eq!(access.page(host, ""), Err(Denied::Host), "{host}");
+        }
+        assert_eq!(access.socket("127.0.0.1", "http://evil.example", ""), Err(Denied::Origin));
     }
 
     #[test]
