@@ -14,8 +14,6 @@ pub struct BridgeDrop {
     pub slope_ohm: f64,
     /// More while it switches, in proportion to its supply, V/V.
     pub of_supply: f64,
-    /// Current from which on `of_supply` is lost in full, and below in proportion to it, A.
-    pub knee_a: f64,
     /// Taken from what the command asks for, as far as it goes, whichever way the current flows, V.
     pub of_command_v: f64,
 }
@@ -28,25 +26,12 @@ impl BridgeDrop {
         (duty.abs() * supply_v - self.of_command_v).max(0.0).copysign(duty)
     }
 
-    /// Share of the supply that is lost against the current at a duty: at full duty, and at none, nothing switches.
+    /// Share of the supply that is lost against the current at a duty: no more than the pulse leaves of the period, and nothing at no
+    /// duty, where nothing switches.
     #[inline]
     #[must_use]
     pub fn of_switched(&self, duty: f64) -> f64 {
-        if duty == 0.0 || duty.abs() >= 1.0 { 0.0 } else { self.of_supply }
-    }
-
-    /// What is left of a voltage (V, not negative) to drive a current through a winding of a conductance (A/V, its `slope_ohm`
-    /// within), where switching takes `switching_v` of a current beyond the knee; and the conductance to it. Nothing where that
-    /// is not positive.
-    #[inline]
-    #[must_use]
-    pub fn left_of(&self, voltage: f64, switching_v: f64, conductance: f64) -> (f64, f64) {
-        let beyond = voltage - self.drop_v;
-        if beyond <= 0.0 || beyond * conductance >= self.knee_a + switching_v * conductance {
-            return (beyond - switching_v, conductance);
-        }
-        // Below the knee, what switching takes is one more resistance.
-        (beyond, self.knee_a * conductance / (self.knee_a + switching_v * conductance))
+        if duty == 0.0 { 0.0 } else { self.of_supply.min(1.0 - duty.abs()).max(0.0) }
     }
 }
 

@@ -1,11 +1,8 @@
 //! `driver_dead_time`: in every PWM period the bridge is open for a while, and the current takes the diodes' way.
 //!
-//! `Δv = −V·lost·sat(i/i_knee)` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches (N. Mohan,
-//! T. Undeland, W. Robbins, "Power Electronics", 2003, section 8.5: effect of blanking time). A current whose ripple passes zero
-//! takes the diodes of either side within one period: of a mean below half of the ripple only a part is lost (J.-W. Choi, S.-K.
-//! Sul, IEEE Transactions on Power Electronics 11, 1996). With `i_knee = 0` all is lost, and no current flows while the
-//! winding's own voltage is less. What the robot file's `driver.dead_time_s` says is taken off the duty whichever way the
-//! current flows.
+//! `Δv = −V·lost·sign i` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches; no current flows while
+//! the winding's own voltage is less (N. Mohan, T. Undeland, W. Robbins, "Power Electronics", 2003, section 8.5: effect of
+//! blanking time). Where a pulse leaves less of the period than the dead time, the bridge is open for what it leaves. What the robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
 
 use crate::effect::{BridgeDrop, Effect};
 use crate::fit::{FitNumber, Sizes};
@@ -16,8 +13,6 @@ use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
 pub struct DriverDeadTime {
     /// Dead time × PWM frequency, 1.
     pub lost_duty: f64,
-    /// Current from which on all of it is lost, A.
-    pub knee_a: f64,
 }
 
 impl Effect for DriverDeadTime {
@@ -28,18 +23,9 @@ impl Effect for DriverDeadTime {
         summary: "Voltage lost against the current in every PWM period that switches.",
         title: "the driver's dead time",
         clause: "a share of every PWM period in which the bridge is open",
-        law: "v = duty·V − lost·V·sat(i/i_knee) where 0 < |duty| < 1, lost = t_dead·f_pwm, sat(x) = max(−1, min(x, 1))",
-        source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 8.5 (effect of blanking time); J.-W. Choi, S.-K. Sul, \
-                 IEEE Trans. Power Electronics 11, 1996 (a ripple that passes zero)",
-        parameters: &[
-            Parameter::new("lost_duty", "Dead time × PWM frequency.", 0.0, 0.5),
-            Parameter::new(
-                "knee_a",
-                "Mean current from which on all of it is lost: half of the ripple of a period. Below it, a part in proportion; 0: always all.",
-                0.0,
-                10.0,
-            ),
-        ],
+        law: "v = duty·V − lost·V·sign i, lost = min(t_dead·f_pwm, 1 − |duty|), 0 at no duty; i = 0 while |duty·V − K ω| < lost·V",
+        source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 8.5 (effect of blanking time)",
+        parameters: &[Parameter::new("lost_duty", "Dead time × PWM frequency.", 0.0, 0.5)],
         acts: Acts::Bridge,
         shows_in: Coordinate::Voltage,
         candidate: true,
@@ -63,21 +49,15 @@ impl Effect for DriverDeadTime {
     };
 
     fn from_values(values: &[f64]) -> Self {
-        Self { lost_duty: values[0], knee_a: values[1] }
+        Self { lost_duty: values[0] }
     }
 
-    /// The ripple is a small part of the current at stall, and how small hardly shows where the current seldom turns.
-    fn fit(sizes: &Sizes) -> Vec<FitNumber> {
-        let stall_a = sizes.rail_v / sizes.resistance_ohm;
-        let (start, ends) = ([0.01 * stall_a; 2], [1e-3 * stall_a, 0.2 * stall_a]);
-        vec![
-            FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5]),
-            FitNumber::log("dead_time_knee", "the current from which on dead time counts in full", start, ends, 1.0),
-        ]
+    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
+        vec![FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5])]
     }
 
     #[inline]
     fn bridge(&self) -> BridgeDrop {
-        BridgeDrop { of_supply: self.lost_duty, knee_a: self.knee_a, ..BridgeDrop::default() }
+        BridgeDrop { of_supply: self.lost_duty, ..BridgeDrop::default() }
     }
 }

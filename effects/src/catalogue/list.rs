@@ -61,7 +61,6 @@ macro_rules! catalogue {
                     sum.drop_v += one.drop_v;
                     sum.slope_ohm += one.slope_ohm;
                     sum.of_supply += one.of_supply;
-                    sum.knee_a += one.knee_a;
                     sum.of_command_v += one.of_command_v;
                 })*
                 sum
