@@ -19,8 +19,10 @@ const PAIRED: usize = 3;
 const LEADING: usize = 2;
 /// Of each of the best single effects, pairs are formed with so many that a screen about it proposes.
 const PROPOSED: usize = 4;
-/// A pair that leaves at most this share of the mean square error is fitted again where it does not reach the floor.
+/// A pair that leaves at most this share of the mean square error is fitted again where it does not reach the floor, but not beyond
+/// so many times the floor's: no start leads from there to it.
 const MOST: f64 = 0.5;
+const FARTHEST: f64 = 16.0;
 /// What an effect is mistaken for may be mistaken for a third: play between the gears for a soft shaft, that for a late reading, and that
 /// for a late command.
 const RELATIONS: usize = 3;
@@ -98,7 +100,8 @@ fn restart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]
     let Some(place) = best_pair(candidates) else { return false };
     let pair = &candidates[place];
     let noise = floor(session, candidates);
-    if reaches(noise, baseline, pair) || pair.mean_square() > MOST * baseline.mean_square() {
+    let is_far = pair.mean_square() > (MOST * baseline.mean_square()).min(FARTHEST * noise);
+    if reaches(noise, baseline, pair) || is_far {
         return false;
     }
     let starts = session.all_starts(&pair.effects);
