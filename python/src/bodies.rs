@@ -1,11 +1,8 @@
 //! `scram._scram.Environments`: the batch of robots under the environments of `scram/envs`.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
 use hal_sim::body::Precision;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
 use robot_file::edit::Document;
 use sweep::VariantBuilder;
@@ -17,6 +14,7 @@ use crate::arguments::{self, whole};
 use crate::errors::{InputError, failed, wrong_input};
 use crate::interrupt::interruptible;
 use crate::robot::Robot;
+use crate::shared::Shared;
 
 /// The project's robot file, for who names none.
 const ROBOT: &str = include_str!("../../robot.toml");
@@ -205,20 +203,8 @@ type Outcome<'py> =
 /// Many environments of one definition, advanced together. What is interrupted goes on to its end and keeps the others waiting until then.
 #[pyclass(frozen, module = "scram._scram")]
 pub struct Environments {
-    inner: Arc<Mutex<tasks::Environments>>,
+    inner: Shared<tasks::Environments>,
     step_is_brief: bool,
-}
-
-/// Whatever became of a call that panicked before.
-fn locked(environments: &Mutex<tasks::Environments>) -> MutexGuard<'_, tasks::Environments> {
-    environments.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Environments {
-    /// While nothing else works on them.
-    fn now(&self, py: Python<'_>) -> MutexGuard<'_, tasks::Environments> {
-        self.inner.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 #[pymethods]
@@ -243,17 +229,17 @@ impl Environments {
             let made = tasks::Environments::with_threads(builder, definition, num_envs, threads);
             made.map_err(|error| raised(&error))
         })??;
-        Ok(Self { inner: Arc::new(Mutex::new(made)), step_is_brief })
+        Ok(Self { inner: Shared::new(made), step_is_brief })
     }
 
     fn __len__(&self, py: Python<'_>) -> usize {
-        self.now(py).len()
+        self.inner.now(py).len()
     }
 
     /// Least and greatest value of every number of an observation.
     #[getter]
     fn observation_bounds<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>) {
-        let bounds = self.now(py).definition().observation_bounds();
+        let bounds = self.inner.now(py).definition().observation_bounds();
         let end = |end: usize| bounds.iter().map(|bound| bound[end] as f32).collect::<Vec<_>>().into_pyarray(py);
         (end(0), end(1))
     }
@@ -261,7 +247,7 @@ impl Environments {
     /// How fast the exact drive's shaft changes its speed, rad/s².
     #[getter]
     fn shaft_acceleration_rad_per_s2(&self, py: Python<'_>) -> f64 {
-        self.now(py).shaft_acceleration()
+        self.inner.now(py).shaft_acceleration()
     }
 
     /// One action of every environment.
@@ -271,7 +257,7 @@ impl Environments {
             actions.as_array().iter().map(|action| usize::try_from(*action).unwrap_or(usize::MAX)).collect();
         let environments = self.inner.clone();
         let step = move || {
-            let mut environments = locked(&environments);
+            let mut environments = environments.detached();
             environments.step(&actions).map(|steps| (steps, environments.definition().observation_size()))
         };
         let steps = if self.step_is_brief { py.detach(step) } else { interruptible(py, move |_| step())? };
@@ -293,13 +279,13 @@ impl Environments {
         };
         let resets: Vec<Reset> = mask.as_array().iter().zip(seeds.as_array()).map(reset).collect();
         let environments = self.inner.clone();
-        let done = interruptible(py, move |_| locked(&environments).reset_each(&resets))?;
+        let done = interruptible(py, move |_| environments.detached().reset_each(&resets))?;
         done.map_err(|error| raised(&error))
     }
 
     /// What every environment shows now.
     fn observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let environments = self.now(py);
+        let environments = self.inner.now(py);
         let (count, size) = (environments.len(), environments.definition().observation_size());
         let mut all = vec![0.0; count * size];
         all.chunks_mut(size).enumerate().for_each(|(i, row)| environments.observe(i, row));
@@ -308,7 +294,7 @@ impl Environments {
 
     /// x and y, m, and heading, rad, of every robot.
     fn poses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let environments = self.now(py);
+        let environments = self.inner.now(py);
         let poses = (0..environments.len()).flat_map(|i| {
             let pose = environments.pose(i);
             [pose.x, pose.y, pose.heading]
@@ -318,19 +304,19 @@ impl Environments {
 
     /// What stopped every robot; none for one that nothing stopped.
     fn faults(&self, py: Python<'_>) -> Vec<Option<String>> {
-        let environments = self.now(py);
+        let environments = self.inner.now(py);
         (0..environments.len()).map(|i| environments.fault(i).map(str::to_owned)).collect()
     }
 
     /// Keeps every episode of an environment from its next reset on.
     fn record(&self, py: Python<'_>, i: usize) {
-        self.now(py).record(i, true);
+        self.inner.now(py).record(i, true);
     }
 
     /// What was kept of the present episode as a page that shows it in 3D; none before the first step.
     fn page(&self, py: Python<'_>, i: usize, title: &str) -> Option<String> {
         py.detach(|| {
-            let environments = locked(&self.inner);
+            let environments = self.inner.detached();
             let track = environments.track(i)?;
             (track.snapshots.len() > 1).then(|| plot::view::page(track, title))
         })
@@ -344,7 +330,7 @@ impl Environments {
             )));
         }
         let pixels = py.detach(|| {
-            let environments = locked(&self.inner);
+            let environments = self.inner.detached();
             let (plan, snapshot, trail) = (environments.plan(i), environments.snapshot(i), environments.trail(i));
             plot::picture(plan, &snapshot, trail, [width, height])
         });
@@ -353,7 +339,7 @@ impl Environments {
 
     /// The environment's robot for MuJoCo.
     fn mjcf(&self, py: Python<'_>, i: usize) -> PyResult<String> {
-        let model = py.detach(|| mjcf::model("scram", locked(&self.inner).plan(i), &mjcf::Options::default()));
+        let model = py.detach(|| mjcf::model("scram", self.inner.detached().plan(i), &mjcf::Options::default()));
         model.map_err(|error| wrong_input(&error))
     }
 }

@@ -13,6 +13,7 @@ mod interrupt;
 mod peer;
 mod recording;
 mod robot;
+mod shared;
 mod simulate;
 mod sweep;
 

@@ -2,18 +2,18 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyImportError, PyKeyError};
 use pyo3::prelude::*;
-use pyo3::sync::MutexExt;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use recording::{AngleReading, Drive, ExtraColumn, ReadOptions, Run, Window};
 
 use crate::arguments;
 use crate::errors::{ScramError, failed, unusable_file, wrong_input};
 use crate::interrupt::interruptible;
+use crate::shared::Shared;
 
 /// A run: samples, what is known beside them, and of a simulated one its figures.
 ///
@@ -54,7 +54,7 @@ pub struct Recording {
     run: Arc<Run>,
     metrics: serde_json::Map<String, serde_json::Value>,
     /// Columns that were asked for, each made once.
-    arrays: Mutex<HashMap<String, Py<PyAny>>>,
+    arrays: Shared<HashMap<String, Py<PyAny>>>,
 }
 
 /// Names of what the controller said in every row.
@@ -63,7 +63,7 @@ const SAID: [&str; 3] = ["state", "fault", "tracking"];
 impl Recording {
     /// Of a run with its figures.
     pub fn new(run: Run, metrics: serde_json::Map<String, serde_json::Value>) -> Self {
-        Self { run: Arc::new(run), metrics, arrays: Mutex::default() }
+        Self { run: Arc::new(run), metrics, arrays: Shared::new(HashMap::new()) }
     }
 
     /// The run, which is not copied.
@@ -84,13 +84,12 @@ impl Recording {
 
     /// A column; `None` where there is none of this name. Everybody gets the same array, which nobody may write to.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let arrays = || self.arrays.lock_py_attached(py).unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(array) = arrays().get(name) {
+        if let Some(array) = self.arrays.now(py).get(name) {
             return Ok(Some(array.bind(py).clone()));
         }
         let Some(array) = self.new_column(py, name)? else { return Ok(None) };
         array.call_method1("setflags", (false,))?;
-        arrays().insert(name.to_owned(), array.clone().unbind());
+        self.arrays.now(py).insert(name.to_owned(), array.clone().unbind());
         Ok(Some(array))
     }
 

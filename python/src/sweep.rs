@@ -1,16 +1,15 @@
 //! A sweep whose rows are made elsewhere: the driver's and the workers' side of `scram.cluster`.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ::sweep::{Axis, Campaign, Ledger, Lock, LockError, Row, SweepArguments, Target, VariantBuilder, claims};
 use clap::{CommandFactory, Parser};
 use pyo3::prelude::*;
-use pyo3::sync::MutexExt;
 use robot_file::edit::Document;
 
 use crate::errors::{InputError, ScramError, failed, unusable_file, wrong_input};
 use crate::interrupt::interruptible;
+use crate::shared::Shared;
 
 /// Run the robot on the ground under many conditions, on all machines of a cluster: the rows of `scram sweep` with the same options
 #[derive(Parser, Clone, Debug)]
@@ -44,7 +43,7 @@ type Carried = (usize, Vec<String>, Vec<String>);
 #[pyclass(frozen, module = "scram._scram")]
 pub struct Sweep {
     options: Options,
-    state: Arc<Mutex<State>>,
+    state: Shared<State>,
 }
 
 /// What becomes of a sweep.
@@ -135,11 +134,6 @@ impl State {
 }
 
 impl Sweep {
-    /// While nothing else works on it.
-    fn now(&self, py: Python<'_>) -> MutexGuard<'_, State> {
-        self.state.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Works on it: the lock on the directory is the work's until it ends, whoever waits for it.
     fn work<T: Send + 'static>(
         &self,
@@ -147,7 +141,7 @@ impl Sweep {
         work: impl FnOnce(&mut State, &Options) -> PyResult<T> + Send + 'static,
     ) -> PyResult<T> {
         let (state, options) = (self.state.clone(), self.options.clone());
-        interruptible(py, move |_| work(&mut state.lock().unwrap_or_else(PoisonError::into_inner), &options))?
+        interruptible(py, move |_| work(&mut state.detached(), &options))?
     }
 }
 
@@ -163,7 +157,7 @@ impl Sweep {
         let file = robot.unwrap_or_else(|| options.robot.clone());
         let given = options.clone();
         let state = interruptible(py, move |_| given.state(&file, is_worker))??;
-        Ok(Self { options, state: Arc::new(Mutex::new(state)) })
+        Ok(Self { options, state: Shared::new(state) })
     }
 
     /// What the options are, for people.
@@ -175,7 +169,7 @@ impl Sweep {
     /// What should be known before it runs.
     #[getter]
     fn warnings(&self, py: Python<'_>) -> Vec<String> {
-        self.now(py).warnings.clone()
+        self.state.now(py).warnings.clone()
     }
 
     /// The robot file that the options name.
@@ -199,13 +193,13 @@ impl Sweep {
     /// How many rows there will be.
     #[getter]
     fn total(&self, py: Python<'_>) -> PyResult<usize> {
-        Ok(self.now(py).campaign()?.design().runs())
+        Ok(self.state.now(py).campaign()?.design().runs())
     }
 
     /// How many rows are there.
     #[getter]
     fn done(&self, py: Python<'_>) -> PyResult<usize> {
-        Ok(self.now(py).kept.as_ref().ok_or_else(over)?.0.len())
+        Ok(self.state.now(py).kept.as_ref().ok_or_else(over)?.0.len())
     }
 
     /// The directory that the options name.

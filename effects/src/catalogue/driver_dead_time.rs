@@ -2,7 +2,8 @@
 //!
 //! `Δv = −V·lost·sign i` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches; no current flows while
 //! the winding's own voltage is less (N. Mohan, T. Undeland, W. Robbins, "Power Electronics", 2003, section 8.5: effect of
-//! blanking time). Where a pulse leaves less of the period than the dead time, the bridge is open for what it leaves. What the robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
+//! blanking time). Where a pulse leaves less of the period than the dead time, the bridge is open for what it leaves. What the
+//! robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
 
 use crate::effect::{BridgeDrop, Effect};
 use crate::fit::{FitNumber, Sizes};

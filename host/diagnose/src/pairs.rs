@@ -19,15 +19,16 @@ const PAIRED: usize = 3;
 const LEADING: usize = 2;
 /// Of each of the best single effects, pairs are formed with so many that a screen about it proposes.
 const PROPOSED: usize = 4;
-/// A pair that leaves at most this share of the mean square error is fitted again where it does not reach the floor, but not beyond
-/// so many times the floor's: no start leads from there to it.
+/// A pair that leaves at most this share of the mean square error is fitted again where it does not reach the floor.
 const MOST: f64 = 0.5;
+/// But not where it leaves more than so many times the floor's mean square: no start leads from there to it.
 const FARTHEST: f64 = 16.0;
 /// What an effect is mistaken for may be mistaken for a third: play between the gears for a soft shaft, that for a late reading, and that
 /// for a late command.
 const RELATIONS: usize = 3;
-/// So many times, as long as it leaves at most this share of the mean square error before.
+/// So many times, as long as it becomes clearly better.
 const RESTARTS: usize = 3;
+/// Clearly better is less than this share of the mean square error before.
 const BETTER: f64 = 0.99;
 
 /// Adds pairs of the best single effects, and fits what they are made of from there. A rig that is not the file's gets none.
@@ -95,7 +96,8 @@ fn relatives(
 }
 
 /// Where the best pair takes most of the misfit away and yet does not reach the floor, it is fitted again from every starting point
-/// of each of its effects, the other one where it was found: found alone, an effect makes up for the other. Whether that is clearly better.
+/// of each of its effects, the other one where it was found: found alone, an effect makes up for the other. Whether that is clearly
+/// better.
 fn restart(session: &Session, baseline: &Candidate, candidates: &mut [Candidate]) -> bool {
     let Some(place) = best_pair(candidates) else { return false };
     let pair = &candidates[place];
