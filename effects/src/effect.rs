@@ -14,6 +14,8 @@ pub struct BridgeDrop {
     pub slope_ohm: f64,
     /// More while it switches, in proportion to its supply, V/V.
     pub of_supply: f64,
+    /// So near to full duty `of_supply` falls to nothing, in proportion to what is left, 1.
+    pub fades_within: f64,
     /// Taken from what the command asks for, as far as it goes, whichever way the current flows, V.
     pub of_command_v: f64,
 }
@@ -26,12 +28,18 @@ impl BridgeDrop {
         (duty.abs() * supply_v - self.of_command_v).max(0.0).copysign(duty)
     }
 
-    /// Share of the supply that is lost against the current at a duty: no more than the pulse leaves of the period, and nothing at no
-    /// duty, where nothing switches.
+    /// Share of the supply that is lost against the current at a duty: nothing at none and at full duty, where nothing switches.
     #[inline]
     #[must_use]
     pub fn of_switched(&self, duty: f64) -> f64 {
-        if duty == 0.0 { 0.0 } else { self.of_supply.min(1.0 - duty.abs()).max(0.0) }
+        let left = 1.0 - duty.abs();
+        if duty == 0.0 || left <= 0.0 {
+            0.0
+        } else if left < self.fades_within {
+            self.of_supply * left / self.fades_within
+        } else {
+            self.of_supply
+        }
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! `Δv = −V·lost·sign i` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches; no current flows while
 //! the winding's own voltage is less (N. Mohan, T. Undeland, W. Robbins, "Power Electronics", 2003, section 8.5: effect of
-//! blanking time). Where a pulse leaves less of the period than the dead time, the bridge is open for what it leaves. What the
-//! robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
+//! blanking time). Near full duty drivers differ: one that delays every switching on loses as much as elsewhere, others drop the
+//! pulses of the idle switch that are too short for it ("minimum pulse width", "pulse dropping"): there the loss falls to nothing. What
+//! the robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
 
 use crate::effect::{BridgeDrop, Effect};
 use crate::fit::{FitNumber, Sizes};
@@ -14,6 +15,8 @@ use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
 pub struct DriverDeadTime {
     /// Dead time × PWM frequency, 1.
     pub lost_duty: f64,
+    /// Shortest pulse × PWM frequency, 1.
+    pub shortest_duty: f64,
 }
 
 impl Effect for DriverDeadTime {
@@ -24,9 +27,17 @@ impl Effect for DriverDeadTime {
         summary: "Voltage lost against the current in every PWM period that switches.",
         title: "the driver's dead time",
         clause: "a share of every PWM period in which the bridge is open",
-        law: "v = duty·V − lost·V·sign i, lost = min(t_dead·f_pwm, 1 − |duty|), 0 at no duty; i = 0 while |duty·V − K ω| < lost·V",
+        law: "v = duty·V − lost·V·sign i where 0 < |duty| < 1, lost = t_dead·f_pwm·min(1, (1 − |duty|)/shortest); i = 0 while |duty·V − K ω| < lost·V",
         source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 8.5 (effect of blanking time)",
-        parameters: &[Parameter::new("lost_duty", "Dead time × PWM frequency.", 0.0, 0.5)],
+        parameters: &[
+            Parameter::new("lost_duty", "Dead time × PWM frequency.", 0.0, 0.5),
+            Parameter::new(
+                "shortest_duty",
+                "Shortest pulse × PWM frequency: where less is left to full duty, the loss falls to nothing; 0: never.",
+                0.0,
+                0.5,
+            ),
+        ],
         acts: Acts::Bridge,
         shows_in: Coordinate::Voltage,
         candidate: true,
@@ -50,15 +61,20 @@ impl Effect for DriverDeadTime {
     };
 
     fn from_values(values: &[f64]) -> Self {
-        Self { lost_duty: values[0] }
+        Self { lost_duty: values[0], shortest_duty: values[1] }
     }
 
+    /// How near to full duty the loss ends only those recordings tell that come as near.
     fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
-        vec![FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5])]
+        let shortest = "the distance to full duty within which dead time fades";
+        vec![
+            FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5]),
+            FitNumber::log("shortest_duty", shortest, [0.03; 2], [1e-3, 0.2], 1.0),
+        ]
     }
 
     #[inline]
     fn bridge(&self) -> BridgeDrop {
-        BridgeDrop { of_supply: self.lost_duty, ..BridgeDrop::default() }
+        BridgeDrop { of_supply: self.lost_duty, fades_within: self.shortest_duty, ..BridgeDrop::default() }
     }
 }

@@ -61,6 +61,7 @@ macro_rules! catalogue {
                     sum.drop_v += one.drop_v;
                     sum.slope_ohm += one.slope_ohm;
                     sum.of_supply += one.of_supply;
+                    sum.fades_within += one.fades_within;
                     sum.of_command_v += one.of_command_v;
                 })*
                 sum

@@ -27,9 +27,10 @@ pub(super) fn load_share() -> FitNumber {
     FitNumber { prior: 2.0, ..FitNumber::linear("load_share", "the share of the inertia behind it", 0.1, 0.4, [0.02, 0.98]) }
 }
 
-/// The share of the viscous damping that is on the load, as a fit moves it.
+/// The share of the viscous damping that is on the load, as a fit moves it. Not down to zero, which would make it one of the numbers that
+/// say how large an effect is.
 pub(super) fn load_drag_share() -> FitNumber {
-    let share = FitNumber::linear("load_drag_share", "the share of the damping behind it", 0.2, 0.4, [0.0, 1.0]);
+    let share = FitNumber::linear("load_drag_share", "the share of the damping behind it", 0.2, 0.4, [0.01, 1.0]);
     FitNumber { prior: 2.0, ..share }
 }
 

@@ -46,8 +46,10 @@ fn a_drop_by_command_is_a_lower_voltage_whichever_way_the_current_flows() {
 
 #[test]
 fn dead_time_acts_against_the_current_and_only_where_it_switches() {
-    let shaft = with(Laws { driver_dead_time: Some(DriverDeadTime { lost_duty: 0.05 }), ..Laws::NONE });
-    for (duty, arrives) in [(0.6, 0.55), (-0.6, -0.55), (0.03, 0.0), (0.97, 0.94), (1.0, 1.0), (-1.0, -1.0)] {
+    let shaft =
+        with(Laws { driver_dead_time: Some(DriverDeadTime { lost_duty: 0.05, shortest_duty: 0.04 }), ..Laws::NONE });
+    let arrives = [(0.6, 0.55), (-0.6, -0.55), (0.03, 0.0), (0.95, 0.9), (0.98, 0.955), (1.0, 1.0), (-1.0, -1.0)];
+    for (duty, arrives) in arrives {
         for supply_v in [5.0, 8.0] {
             let (speed, expected) = (ends(&shaft, duty, supply_v), free_speed(arrives * supply_v));
             assert!((speed - expected).abs() < 1e-6, "{speed} rad/s at {duty}, {expected} expected");

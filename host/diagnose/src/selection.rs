@@ -23,7 +23,8 @@ const PAIR_TRACE: (f64, f64) = (1.22, 0.95);
 const NOTHING: f64 = 1.08;
 /// Up to this factor a model stands at the floor: that itself is known no better.
 pub(super) const AT_FLOOR: f64 = 1.02;
-/// Of more models than this only those stay that the runs do not rule out, not those that are behind by too little to matter.
+/// Of more models than this only those stay that the runs do not rule out, and as many of those that are behind by too little to matter
+/// as there is room for.
 const MOST_BY_SIZE: usize = 3;
 /// A richer model must be better by this share of the error to be preferred to a simpler one, however sure the
 /// difference is.
@@ -323,8 +324,7 @@ impl Selection<'_> {
         };
         let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i) && !imitates(i)).collect();
         if class.len() > MOST_BY_SIZE && self.candidates[best].effects.len() == 1 {
-            // A long list of what is behind by little says less than the runs do.
-            class.retain(|&i| i == best || surely.contains(&i));
+            self.shorten(&mut class, best, &surely);
         }
         // Of those that do the same to a per mille, as one law under two names, the one that the catalogue has first.
         let same = |i: usize| {
@@ -337,6 +337,16 @@ impl Selection<'_> {
         }
         let verdict = if class.len() > 1 && verdict == Verdict::Explained { Verdict::Ambiguous } else { verdict };
         Decision { verdict, class }
+    }
+
+    /// Of a long list of what is behind by little, what the runs do not rule out, and of the others those that are nearest to the best,
+    /// as long as there are few.
+    fn shorten(&self, class: &mut Vec<usize>, best: usize, surely: &[usize]) {
+        let mut kept: Vec<usize> = class.iter().copied().filter(|&i| i == best || surely.contains(&i)).collect();
+        let mut others: Vec<usize> = class.iter().copied().filter(|i| !kept.contains(i)).collect();
+        others.sort_by(|&a, &b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()));
+        kept.extend(others.into_iter().take(MOST_BY_SIZE.saturating_sub(kept.len())));
+        class.retain(|i| kept.contains(i));
     }
 
     /// Whether another model is behind the best by no more than that one itself leaves over the floor: a law that misses by as much
@@ -422,6 +432,19 @@ mod tests {
         let decision = decide(9.0, &candidates);
         let class: Vec<&str> = decision.class.iter().map(|&i| candidates[i].effects[0].name()).collect();
         assert_eq!(class, ["coulomb_friction", "sensor_delay"]);
+    }
+
+    #[test]
+    fn of_a_long_list_the_nearest_stay() {
+        let class = |rivals: &[(&str, f64)]| {
+            let candidates: Vec<Candidate> = rivals.iter().map(|(name, left)| model(&[name], *left)).collect();
+            let class = decide(9.0, &candidates).class;
+            class.iter().map(|&i| candidates[i].effects[0].name()).collect::<Vec<_>>()
+        };
+        // Beyond doubt behind, by too little to matter.
+        let near = [("sensor_lag", 1.0), ("held_samples", 1.008), ("command_latency", 1.004), ("sensor_delay", 1.006)];
+        assert_eq!(class(&near), ["sensor_lag", "command_latency", "sensor_delay"]);
+        assert_eq!(class(&near[..2]), ["sensor_lag", "held_samples"]);
     }
 
     #[test]

@@ -53,7 +53,7 @@ const CASES: [Case; 25] = [
     ("driver_drop", &[("drop_v", 0.6), ("slope_ohm", 1.0)]),
     ("driver_drop_by_command", &[("drop_v", 0.6)]),
     ("driver_deadband", &[("width_duty", 0.06)]),
-    ("driver_dead_time", &[("lost_duty", 0.06)]),
+    ("driver_dead_time", &[("lost_duty", 0.06), ("shortest_duty", 0.03)]),
     ("battery_discharge", &[("fall_v_per_as", 2.0)]),
     ("winding_heating", &[("rise_k_per_w", 150.0), ("time_s", 3.0)]),
     ("grease_warming", &[("thinning_per_w", 2e3), ("time_s", 3.0)]),
