@@ -332,7 +332,11 @@ impl Environments {
         let pixels = py.detach(|| {
             let environments = self.inner.detached();
             let (plan, snapshot, trail) = (environments.plan(i), environments.snapshot(i), environments.trail(i));
-            plot::picture(plan, &snapshot, trail, [width, height])
+            let exit = match &environments.definition().task {
+                Task::Maze(run) => Some(plot::Exit { centre: run.maze.exit_centre(), edge_m: run.maze.cell_m() }),
+                _ => None,
+            };
+            plot::picture(plan, &snapshot, trail, exit, [width, height])
         });
         pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
     }

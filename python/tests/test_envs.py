@@ -324,6 +324,21 @@ def test_a_picture_has_the_robot_in_it(name: str) -> None:
     assert [picture.shape for picture in many.render()] == [(48, 64, 3)] * 2
 
 
+@pytest.mark.parametrize("size", [(640, 480), (1280, 960), (900, 300), (200, 500)])
+def test_a_picture_has_the_whole_maze_and_its_exit_in_it(size: tuple[int, int]) -> None:
+    env = gymnasium.make(
+        "scram/Maze-v0", maze="random", columns=4, rows=4, render_mode="rgb_array", render_size=size
+    )
+    env.reset(seed=1)
+    picture = env.render()
+    # Ground, its lines and shades of both are light, walls and robot are not.
+    dark = (picture < 170).any(axis=2)
+    edge = np.concatenate([dark[0], dark[-1], dark[:, 0], dark[:, -1]])
+    assert dark.any() and not edge.any(), "something leaves the frame"
+    exit_colour = np.abs(picture.astype(int) - [190, 226, 200]).max(axis=2) <= 2
+    assert 0.002 < exit_colour.mean() < 0.1
+
+
 def test_a_person_gets_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr(webbrowser, "open", opened.append)

@@ -23,6 +23,7 @@
 //! * It computes nothing that is not drawn: numbers come from `simulation`, `sweep` and `diagnose`.
 //! * Its pages load nothing: style sheets, scripts and fonts are in them or the reader's own.
 
+mod exit;
 pub mod figures;
 mod oscillation;
 mod panel;
@@ -35,6 +36,7 @@ mod title;
 pub mod view;
 mod walk;
 
+pub use exit::Exit;
 pub use figures::{
     DesignDot, Straightness, TurningRun, designs_svg, maze_svg, speeds_svg, straightness_svg, turning_svg,
 };

@@ -5,7 +5,7 @@ type Vector = [f64; 3];
 /// From where it looks: below the horizontal and against +x, rad.
 const DOWN: f64 = 0.75;
 const ASIDE: f64 = -1.05;
-/// Distance from the middle, in what is to be seen around it.
+/// Distance from the middle, in how far from it the farthest point is that is to be seen.
 const DISTANCE: f64 = 5.5;
 /// Part of the picture that is filled.
 const FILLED: f64 = 0.94;
@@ -25,20 +25,18 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// Shows what is within `reach` (m) of a point along x and y.
-    pub fn new(middle: Vector, reach: f64, [width, height]: [u32; 2]) -> Self {
+    /// Looks at the middle; all of the points are in the picture, with a margin.
+    pub fn new(middle: Vector, points: &[Vector], [width, height]: [u32; 2]) -> Self {
         let ((sin, cos), (aside_sin, aside_cos)) = (DOWN.sin_cos(), ASIDE.sin_cos());
         let ahead = [-cos * aside_cos, -cos * aside_sin, -sin];
         let right = [-aside_sin, aside_cos, 0.0];
         let up = [-sin * aside_cos, -sin * aside_sin, cos];
-        let distance = DISTANCE * reach;
+        let distance = DISTANCE * reach(middle, points);
         let place = [0, 1, 2].map(|axis| middle[axis] - distance * ahead[axis]);
         let centre = [0.5 * f64::from(width), 0.5 * f64::from(height)];
         let mut camera = Self { place, right, up, ahead, focal: 1.0, centre, distance };
-        let around = (0..24).map(|k| f64::from(k) * std::f64::consts::TAU / 24.0);
-        let fits = around.map(|angle| {
-            let (sin, cos) = angle.sin_cos();
-            let seen = camera.seen([middle[0] + reach * cos, middle[1] + reach * sin, middle[2]]);
+        let fits = points.iter().map(|point| {
+            let seen = camera.seen(*point);
             (centre[0] * seen[2] / seen[0].abs()).min(centre[1] * seen[2] / seen[1].abs())
         });
         camera.focal = FILLED * fits.fold(f64::INFINITY, f64::min);
@@ -89,4 +87,10 @@ impl Camera {
 
 pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// How far from the middle the farthest point is, m.
+pub(super) fn reach(middle: Vector, points: &[Vector]) -> f64 {
+    let off = |point: &Vector| [0, 1, 2].map(|axis| point[axis] - middle[axis]);
+    points.iter().map(off).map(|off| dot(off, off).sqrt()).fold(0.0, f64::max)
 }

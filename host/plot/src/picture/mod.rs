@@ -2,14 +2,17 @@
 //! people turn around.
 
 mod camera;
+mod letters;
 mod solids;
 
 use hal_sim::body::{Plan, Snapshot};
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
-use camera::Camera;
+use crate::Exit;
+use crate::walk::map::corners;
+use camera::{Camera, reach};
 pub(crate) use solids::outlines;
-use solids::{Face, faces, shadows};
+use solids::{Face, WALL_M, faces, shadows};
 
 /// Around the robot, m: what the camera shows without walls.
 const AROUND_M: f64 = 0.13;
@@ -18,21 +21,30 @@ const GRID_M: f64 = 0.02;
 /// How far the lines go from what the camera looks at, in its radii.
 const GRID_REACH: f64 = 2.6;
 
-/// A robot, where it has been (m) and its walls, seen from above and aside: rows of red, green and blue, from the top.
+/// A robot, where it has been (m), its walls and the exit of its maze, seen from above and aside: rows of red, green and blue, from the top.
 ///
 /// Without walls the camera follows the robot, else it shows all of them.
 ///
 /// # Panics
 /// If width or height is 0 or more than 8000.
 #[must_use]
-pub fn picture(plan: &Plan, snapshot: &Snapshot, trail: &[[f64; 2]], [width, height]: [u32; 2]) -> Vec<u8> {
+pub fn picture(
+    plan: &Plan,
+    snapshot: &Snapshot,
+    trail: &[[f64; 2]],
+    exit: Option<Exit>,
+    [width, height]: [u32; 2],
+) -> Vec<u8> {
     assert!((1..=8000).contains(&width) && (1..=8000).contains(&height), "{width} by {height} pixels");
-    let (middle, reach) = shown(plan, snapshot);
-    let camera = Camera::new(middle, reach, [width, height]);
+    let (middle, points) = shown(plan, snapshot);
+    let camera = Camera::new(middle, &points, [width, height]);
     let Some(mut canvas) = Pixmap::new(width, height) else { return vec![] };
     canvas.fill(color(GROUND));
     let mut draw = Draw { canvas: &mut canvas, camera: &camera };
-    draw.grid(middle, reach);
+    draw.grid(middle, reach(middle, &points));
+    if let Some(exit) = exit {
+        draw.exit(exit);
+    }
     for shadow in shadows(plan, snapshot) {
         draw.fill(&shadow, SHADOW);
     }
@@ -52,24 +64,35 @@ const GROUND: Colour = [0.914, 0.925, 0.941, 1.0];
 const GRID: Colour = [0.706, 0.745, 0.788, 1.0];
 const SHADOW: Colour = [0.086, 0.125, 0.169, 0.18];
 const TRAIL: Colour = [0.761, 0.255, 0.047, 0.9];
+const EXIT: Colour = [0.745, 0.886, 0.784, 1.0];
+const EXIT_WORD: Colour = [0.102, 0.400, 0.243, 1.0];
 
 fn color([red, green, blue, alpha]: Colour) -> Color {
     Color::from_rgba(red, green, blue, alpha).unwrap_or(Color::BLACK)
 }
 
-/// What the camera looks at: the middle, and how far around it, m.
-fn shown(plan: &Plan, snapshot: &Snapshot) -> ([f64; 3], f64) {
-    let ends = || plan.walls.iter().flat_map(|wall| [wall.from, wall.to]);
-    let bounds = |axis: usize| {
-        let all = ends().map(|end| end[axis]);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
-    };
+/// What the camera looks at, and the points that it shows at least: without walls a circle about the robot, else a box about robot and walls.
+fn shown(plan: &Plan, snapshot: &Snapshot) -> ([f64; 3], Vec<[f64; 3]>) {
     if plan.walls.is_empty() {
         let [x, y, _] = snapshot.centroid();
-        return ([x, y, 0.012], AROUND_M);
+        let around = (0..24).map(|k| (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos());
+        let circle = around.map(|(sin, cos)| [x + AROUND_M * cos, y + AROUND_M * sin, 0.012]);
+        return ([x, y, 0.012], circle.collect());
     }
-    let [[left, right], [near, far]] = [bounds(0), bounds(1)];
-    ([0.5 * (left + right), 0.5 * (near + far), 0.0], 0.5 * (right - left).max(far - near))
+    let ends = plan.walls.iter().flat_map(|wall| [wall.from, wall.to]);
+    let robot = outlines(plan, snapshot).flatten().map(|[x, y, _]| [x, y]);
+    let (low, high) = corners(ends.chain(robot));
+    let square = [low, [high[0], low[1]], high, [low[0], high[1]]];
+    let top = top_m(plan).max(WALL_M);
+    let points = square.iter().flat_map(|[x, y]| [[*x, *y, 0.0], [*x, *y, top]]).collect();
+    ([0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.0], points)
+}
+
+/// How high a robot is that stands, m: the same at every instant, so that the camera does not shake.
+fn top_m(plan: &Plan) -> f64 {
+    let Some(first) = plan.modules.first() else { return 0.0 };
+    let bolt = plan.eccentric.map_or(0.0, |eccentric| eccentric.height + 0.5 * eccentric.bolt[1]);
+    first.centre_height + bolt.max(0.5 * first.size[2])
 }
 
 struct Draw<'a> {
@@ -105,6 +128,16 @@ impl Draw<'_> {
             ..Stroke::default()
         };
         self.canvas.stroke_path(&path, &paint(colour), &stroke, Transform::identity(), None);
+    }
+
+    /// Its cell on the ground, and the word in it, upright as the camera sees it.
+    fn exit(&mut self, exit: Exit) {
+        self.fill(&exit.corners().map(|[x, y]| [x, y, 0.0]), EXIT);
+        let [x, y] = exit.centre;
+        for stroke in letters::exit() {
+            let place = |at: &[f64; 2]| self.camera.beside([x, y, 0.0], at.map(|share| share * exit.edge_m));
+            self.line(&stroke.iter().map(place).collect::<Vec<_>>(), EXIT_WORD, 0.02 * exit.edge_m);
+        }
     }
 
     /// Lines on the ground, a heavier one every fifth, paler towards their ends.
@@ -158,15 +191,16 @@ mod tests {
     fn the_robot_is_in_the_middle_of_its_picture() {
         let (plan, snapshot) = robot();
         let size = [320, 240];
-        let drawn = picture(&plan, &snapshot, &[], size);
+        let drawn = picture(&plan, &snapshot, &[], None, size);
         assert_eq!(drawn.len(), 320 * 240 * 3);
         // What the robot covers is what changes when it is not there.
         let nobody = Snapshot { modules: vec![], segments: vec![], feet: vec![], rotor: None, ..snapshot.clone() };
         let empty = Plan { modules: vec![], backbones: vec![], ..plan.clone() };
-        let camera = Camera::new([snapshot.centroid()[0], snapshot.centroid()[1], 0.012], AROUND_M, size);
+        let (middle, points) = shown(&plan, &snapshot);
+        let camera = Camera::new(middle, &points, size);
         let mut background = Pixmap::new(320, 240).unwrap();
         background.fill(color(GROUND));
-        Draw { canvas: &mut background, camera: &camera }.grid(shown(&plan, &snapshot).0, AROUND_M);
+        Draw { canvas: &mut background, camera: &camera }.grid(middle, reach(middle, &points));
         assert!(faces(&empty, &nobody, &camera).is_empty());
         let changed: Vec<usize> = (0..320 * 240)
             .filter(|k| {
@@ -184,10 +218,68 @@ mod tests {
     #[test]
     fn a_trail_and_walls_are_seen() {
         let (mut plan, snapshot) = robot();
-        let plain = picture(&plan, &snapshot, &[], [200, 150]);
-        let trail = picture(&plan, &snapshot, &[[-0.12, -0.05], [0.0, -0.06]], [200, 150]);
+        let plain = picture(&plan, &snapshot, &[], None, [200, 150]);
+        let trail = picture(&plan, &snapshot, &[[-0.12, -0.05], [0.0, -0.06]], None, [200, 150]);
         assert_ne!(plain, trail);
         plan.walls = vec![Wall { from: [-0.3, 0.1], to: [0.1, 0.1] }, Wall { from: [-0.3, -0.1], to: [0.1, -0.1] }];
-        assert_ne!(picture(&plan, &snapshot, &[], [200, 150]), plain);
+        assert_ne!(picture(&plan, &snapshot, &[], None, [200, 150]), plain);
+    }
+
+    /// The robot in the corner of a maze of so many cells.
+    fn in_a_maze([columns, rows]: [f64; 2]) -> (Plan, Snapshot, Exit) {
+        let (mut plan, snapshot) = robot();
+        let edge_m = 0.18;
+        let [x, y] = [columns, rows].map(|cells| (cells - 0.5) * edge_m);
+        let low = -0.5 * edge_m;
+        let square = [[low, low], [x, low], [x, y], [low, y], [low, low]];
+        plan.walls = square.windows(2).map(|ends| Wall { from: ends[0], to: ends[1] }).collect();
+        (plan, snapshot, Exit { centre: [columns - 1.0, rows - 1.0].map(|cells| cells * edge_m), edge_m })
+    }
+
+    #[test]
+    fn a_whole_maze_and_its_robot_are_in_pictures_of_every_size() {
+        for cells in [[4.0, 4.0], [5.0, 3.0], [1.0, 12.0], [12.0, 2.0]] {
+            let (plan, snapshot, _) = in_a_maze(cells);
+            for size in [[64, 48], [640, 480], [1280, 960], [1920, 400], [300, 900]] {
+                let (middle, points) = shown(&plan, &snapshot);
+                let camera = Camera::new(middle, &points, size);
+                let mut filled = [0.0_f32; 2];
+                for corner in faces(&plan, &snapshot, &camera).iter().flat_map(|face| &face.corners) {
+                    let pixel = camera.project(*corner).unwrap();
+                    for axis in 0..2 {
+                        let off = (2.0 * pixel[axis] / size[axis] as f32 - 1.0).abs();
+                        assert!(off < 0.99, "{cells:?} cells, {size:?} pixels: a corner at {pixel:?}");
+                        filled[axis] = filled[axis].max(off);
+                    }
+                }
+                // It is no dot in the middle either.
+                assert!(filled[0].max(filled[1]) > 0.75, "{cells:?} cells, {size:?} pixels: {filled:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_exit_of_a_maze_is_marked_and_named() {
+        let (plan, snapshot, exit) = in_a_maze([4.0, 4.0]);
+        let size = [1280, 960];
+        let (middle, points) = shown(&plan, &snapshot);
+        let camera = Camera::new(middle, &points, size);
+        let drawn = picture(&plan, &snapshot, &[], Some(exit), size);
+        let at = |place: [f64; 3]| {
+            let [x, y] = camera.project(place).unwrap();
+            let first = 3 * (y as usize * size[0] as usize + x as usize);
+            [0, 1, 2].map(|k| f32::from(drawn[first + k]) / 255.0)
+        };
+        let is = |found: [f32; 3], colour: Colour| (0..3).all(|k| (found[k] - colour[k]).abs() < 0.01);
+        let [x, y] = exit.centre;
+        let off = 0.3 * exit.edge_m;
+        for place in [[x - off, y + off], [x + off, y - off]] {
+            assert!(is(at([place[0], place[1], 0.0]), EXIT), "{:?}", at([place[0], place[1], 0.0]));
+        }
+        assert!(!is(at([x - exit.edge_m, y, 0.0]), EXIT), "the cell beside it");
+        // The upright of the last letter, below its bar.
+        let [low, _] = letters::exit().last().unwrap().as_slice().try_into().unwrap_or([[0.0; 2]; 2]);
+        let word = camera.beside([x, y, 0.0], low.map(|share| share * exit.edge_m));
+        assert!(is(at(word), EXIT_WORD), "{:?}", at(word));
     }
 }

@@ -9,7 +9,7 @@ use robot_file::robot::ModuleKind;
 type Vector = [f64; 3];
 
 /// How high walls are drawn, m.
-const WALL_M: f64 = 0.025;
+pub(super) const WALL_M: f64 = 0.025;
 /// Where the light comes from.
 const LIGHT: Vector = [0.35, -0.45, 0.82];
 /// Corners of a round.

@@ -7,7 +7,7 @@ use ::learn::{Gait, LearnError, MazeSettings, sides};
 use clap::{Args, ValueEnum};
 use hal_sim::body::Track;
 use miette::{IntoDiagnostic, Report};
-use plot::maze_svg;
+use plot::{Exit, maze_svg};
 use serde::Serialize;
 use sweep::VariantBuilder;
 use tasks::Maze;
@@ -100,12 +100,14 @@ impl MazeCommand {
         let maze = Maze::figure_5_5(settings.maze.cell_m);
         let sides = sides(&robot, &settings.maze.definition(&maze), self.options.threads)?;
         let course = Course { robot: &robot, settings: &settings.maze, sides, threads: self.options.threads };
-        let (output, track) = self.outcomes(&course)?;
+        let mazes = self.mazes(&settings.maze);
+        let (output, track) = self.outcomes(&course, &mazes)?;
         let mut files = vec![FOUND, SETTINGS];
         write(&out.join(FOUND), &serde_json::to_string_pretty(&output).into_diagnostic()?)?;
-        if let Some(track) = track {
+        if let (Some(track), Some(first)) = (track, mazes.first()) {
+            let exit = Exit { centre: first.exit_centre(), edge_m: first.cell_m() };
             let title = format!("through a maze, {}", self.options.common.robot.display());
-            write(&out.join(PICTURE), &maze_svg(&title, &track, FRAMES)?)?;
+            write(&out.join(PICTURE), &maze_svg(&title, &track, exit, FRAMES)?)?;
             write(&out.join(PAGE), &plot::view::page(&track, &title))?;
             files.extend([PICTURE, PAGE]);
         }
@@ -118,8 +120,7 @@ impl MazeCommand {
     }
 
     /// Of all robots in all mazes, and how the file's moved in the first one.
-    fn outcomes(&self, course: &Course<'_>) -> Result<(Output, Option<Track>), Report> {
-        let mazes = self.mazes(course.settings);
+    fn outcomes(&self, course: &Course<'_>, mazes: &[Maze]) -> Result<(Output, Option<Track>), Report> {
         let bar = bar(2 * self.robots, 0);
         bar.set_message("robots");
         let (mut by_pose, mut by_script, mut first) = (vec![], vec![], None);
