@@ -4,14 +4,15 @@ use std::f64::consts::TAU;
 
 use diagnose::{Diagnosis, MisfitCurve, MissingTerm, RolloutTrace};
 
+use super::nothing_added;
 use super::svg::{Chart, range};
-use super::words::{coordinate, degrees, term_kind, three};
+use super::words::{axis, coordinate, degrees, term_kind, three};
 
 const SIZE: (f64, f64) = (380.0, 210.0);
 
 /// Angle measured and simulated over a few rollouts, and under it how far off the simulations are.
 #[must_use]
-pub(super) fn trace(index: usize, trace: &RolloutTrace, noise_floor: f64) -> String {
+pub(super) fn trace(index: usize, why: &str, trace: &RolloutTrace, diagnosis: &Diagnosis) -> String {
     let samples = &trace.samples;
     let Some(first) = samples.first() else { return String::new() };
     let origin = first.before;
@@ -22,19 +23,22 @@ pub(super) fn trace(index: usize, trace: &RolloutTrace, noise_floor: f64) -> Str
     let angles = range(rows.iter().flat_map(|row| [row.measured, row.before, row.after])).unwrap_or((0.0, 1.0));
     let mut top = Chart::new(&format!("trace{index}"), (SIZE.0, 150.0), time, angles);
     top.line(measured, "measured");
-    top.line(broken(&rows, |row| row.before), "before");
-    top.line(broken(&rows, |row| row.after), "after");
-    let about = format!("{} ({})", trace.why, trace.run);
+    let simulated: [(fn(&ChartPoint) -> f64, &str); 2] = [(|row| row.before, "before"), (|row| row.after, "after")];
+    for (value, class) in simulated.into_iter().take(models(diagnosis)) {
+        top.line(broken(&rows, value), class);
+    }
+    let about = format!("{why} ({})", trace.run);
     let top = top.finish(&about, "", "shaft angle, °", &format!("Measured and simulated angle, {about}"));
 
-    let floor = noise_floor.to_degrees();
+    let floor = diagnosis.noise_floor.to_degrees();
     let errors = rows.iter().flat_map(|row| [row.measured - row.before, row.measured - row.after]);
     let errors = errors.chain([-2.5 * floor, 2.5 * floor]);
     let mut bottom = Chart::new(&format!("off{index}"), (SIZE.0, 170.0), time, range(errors).unwrap_or((-1.0, 1.0)));
     bottom.block(time, (-2.0 * floor, 2.0 * floor), "shade");
     bottom.level(0.0, "floor");
-    bottom.line(broken(&rows, |row| row.measured - row.before), "before");
-    bottom.line(broken(&rows, |row| row.measured - row.after), "after");
+    for (value, class) in simulated.into_iter().take(models(diagnosis)) {
+        bottom.line(broken(&rows, |row| row.measured - value(row)), class);
+    }
     let bottom = bottom.finish(
         "how far off",
         "time, s",
@@ -75,7 +79,7 @@ fn on_one_scale(trace: &RolloutTrace, origin: f64) -> Vec<ChartPoint> {
 }
 
 /// Points of a line that breaks where a rollout begins.
-fn broken(rows: &[ChartPoint], value: fn(&ChartPoint) -> f64) -> Vec<(f64, f64)> {
+fn broken(rows: &[ChartPoint], value: impl Fn(&ChartPoint) -> f64) -> Vec<(f64, f64)> {
     let mut points = Vec::with_capacity(rows.len());
     for row in rows {
         if row.starts {
@@ -84,6 +88,11 @@ fn broken(rows: &[ChartPoint], value: fn(&ChartPoint) -> f64) -> Vec<(f64, f64)>
         points.push((row.t, value(row)));
     }
     points
+}
+
+/// How many models there are to draw: the refitted one, and the extended one where something was added.
+fn models(diagnosis: &Diagnosis) -> usize {
+    if nothing_added(diagnosis) { 1 } else { 2 }
 }
 
 /// How many rollouts are off by how much, over the noise floor.
@@ -112,7 +121,8 @@ pub(super) fn distribution(diagnosis: &Diagnosis) -> String {
         let edge = |i: usize| span.0 + width * i as f64;
         shares.iter().enumerate().flat_map(|(i, &share)| [(edge(i), share), (edge(i + 1), share)]).collect()
     };
-    for (shares, class) in [(&before, "before"), (&after, "after")] {
+    let drawn = [(&before, "before"), (&after, "after")].into_iter().take(models(diagnosis));
+    for (shares, class) in drawn {
         for (i, &share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
             let from = span.0 + width * i as f64;
             chart.block((from, from + width), (0.0, share), &format!("{class} fill faint"));
@@ -124,16 +134,15 @@ pub(super) fn distribution(diagnosis: &Diagnosis) -> String {
         "all held-out rollouts",
         "RMS error over the noise floor (1 = as good as the sensor)",
         "% of rollouts",
-        "Histogram of the held-out rollouts' errors before and after",
+        "Histogram of the held-out rollouts' errors",
     )
 }
 
-/// RMS error against one coordinate, with the floor; the range where the rest lives is shaded.
+/// RMS error against one coordinate, with the floor; the range where the rest lives is shaded. Nothing where there are not two points.
 #[must_use]
 pub(super) fn misfit(index: usize, curve: &MisfitCurve, diagnosis: &Diagnosis) -> String {
-    let (label, unit, factor) = coordinate(&curve.coordinate);
-    let label = if label.is_empty() { curve.coordinate.as_str() } else { label };
-    let (Some(first), Some(last)) = (curve.bins.first(), curve.bins.last()) else { return String::new() };
+    let (label, unit, factor) = axis(&curve.coordinate);
+    let [first, .., last] = curve.bins.as_slice() else { return String::new() };
     let x = (first.from * factor, last.to * factor);
     let floor = diagnosis.noise_floor.to_degrees();
     let values = curve.bins.iter().flat_map(|bin| [bin.before, bin.after]).map(f64::to_degrees);
@@ -156,7 +165,8 @@ pub(super) fn misfit(index: usize, curve: &MisfitCurve, diagnosis: &Diagnosis) -
         out
     };
     chart.level(floor, "floor");
-    for (value, class) in [(points(|bin| bin.before), "before"), (points(|bin| bin.after), "after")] {
+    let drawn = [(points(|bin| bin.before), "before"), (points(|bin| bin.after), "after")];
+    for (value, class) in drawn.into_iter().take(models(diagnosis)) {
         chart.line(value.iter().copied(), class);
         chart.dots(value, 2.0, &format!("{class} fill"));
     }

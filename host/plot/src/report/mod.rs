@@ -10,7 +10,9 @@ mod words;
 use std::fmt::Write as _;
 
 use common::quantile;
-use diagnose::{CandidateEvidence, Diagnosis, FittedParameter, Limit, MissingTerm, RigDoubt, RunUse, Verdict};
+use diagnose::{
+    CandidateEvidence, Diagnosis, FittedParameter, Limit, MissingTerm, RigDoubt, RolloutTrace, RunUse, Verdict,
+};
 use simulation::{ComparedFigure, Comparison};
 use svg::{COLOURS, STYLE, escape, number};
 pub use walk::{WalkAbout, walk_html};
@@ -73,7 +75,7 @@ fn cards(diagnosis: &Diagnosis) -> String {
         format!("<div class=\"{class}\"><small>{name}</small><b>{value}</b><small>{}</small></div>", escape(note))
     };
     let over = |error: f64| format!("{} the noise floor", times(error / floor));
-    let nothing_added = diagnosis.causes.is_empty();
+    let nothing_added = nothing_added(diagnosis);
     let after_note = if nothing_added { "nothing was added to the model".to_owned() } else { over(diagnosis.after) };
     let gain = &diagnosis.gain;
     let (gain_value, gain_note) = if nothing_added {
@@ -91,14 +93,22 @@ fn cards(diagnosis: &Diagnosis) -> String {
     )
 }
 
-fn key(with_measured: bool, shaded: &str) -> String {
+/// What the curves are. Where nothing was added the two models are one, and so are their curves.
+fn key(diagnosis: &Diagnosis, with_measured: bool, shaded: &str) -> String {
     let measured = if with_measured { "<span class=\"m\">measured</span>" } else { "" };
+    let models = if nothing_added(diagnosis) {
+        "<span class=\"b\">the refitted model</span>"
+    } else {
+        "<span class=\"b\">model, numbers refitted (before)</span><span class=\"a\">extended model (after)</span>"
+    };
     let floor = if with_measured { "" } else { "<span class=\"f\">noise floor</span>" };
     let shaded = if shaded.is_empty() { String::new() } else { format!("<span class=\"n\">{}</span>", escape(shaded)) };
-    format!(
-        "<div class=\"key\">{measured}<span class=\"b\">model, numbers refitted (before)</span>\
-         <span class=\"a\">extended model (after)</span>{floor}{shaded}</div>"
-    )
+    format!("<div class=\"key\">{measured}{models}{floor}{shaded}</div>")
+}
+
+/// Whether the model after the diagnosis is the refitted one before it.
+fn nothing_added(diagnosis: &Diagnosis) -> bool {
+    diagnosis.causes.is_empty()
 }
 
 fn rollouts(diagnosis: &Diagnosis) -> String {
@@ -110,16 +120,33 @@ fn rollouts(diagnosis: &Diagnosis) -> String {
         three(detail.horizon_s),
         detail.held_out_rollouts,
         escape(&counted(detail.held_out_runs.len(), "held-out run")),
-        key(true, "noise of the reading, ±2σ"),
+        key(diagnosis, true, "noise of the reading, ±2σ"),
     );
-    for (index, trace) in detail.traces.iter().enumerate() {
-        out.push_str(&charts::trace(index, trace, diagnosis.noise_floor));
+    for (index, (why, trace)) in different_traces(diagnosis).iter().enumerate() {
+        out.push_str(&charts::trace(index, why, trace, diagnosis));
     }
     if !detail.rollout_errors.is_empty() {
         let _ = write!(out, "<figure>{}{}</figure>", charts::distribution(diagnosis), distribution_words(diagnosis));
     }
     out.push_str("</div></section>");
     out
+}
+
+/// Every stretch once, with all that it is shown for.
+fn different_traces(diagnosis: &Diagnosis) -> Vec<(String, &RolloutTrace)> {
+    let traces = &diagnosis.detail.traces;
+    let is_same = |a: &RolloutTrace, b: &RolloutTrace| a.run == b.run && a.samples == b.samples;
+    let why = |trace: &RolloutTrace| {
+        let all = traces.iter().filter(|other| is_same(other, trace)).map(|other| match nothing_added(diagnosis) {
+            true => other.why.trim_end_matches(" before").trim_end_matches(" after").to_owned(),
+            false => other.why.clone(),
+        });
+        let mut all: Vec<String> = all.collect();
+        all.dedup();
+        words::join(&all, "and")
+    };
+    let is_new = |index: usize| !traces[..index].iter().any(|earlier| is_same(earlier, &traces[index]));
+    (0..traces.len()).filter(|index| is_new(*index)).map(|index| (why(&traces[index]), &traces[index])).collect()
 }
 
 /// Median and 95th percentile of the rollouts' errors, in words.
@@ -130,6 +157,9 @@ fn distribution_words(diagnosis: &Diagnosis) -> String {
         let mut pick = |share: f64| quantile(&mut ratios, share).unwrap_or(f64::NAN);
         format!("median {}, 95 % below {}", times(pick(0.5)), times(pick(0.95)))
     };
+    if nothing_added(diagnosis) {
+        return format!("<figcaption>The refitted model: {}.</figcaption>", at(|one| one.before));
+    }
     format!("<figcaption>Before: {}.<br/>After: {}.</figcaption>", at(|one| one.before), at(|one| one.after))
 }
 
@@ -148,8 +178,22 @@ fn where_it_lives(diagnosis: &Diagnosis) -> String {
     }
     let shaded = if diagnosis.left_over.is_some() { "where most of the rest lives" } else { "" };
     format!(
-        "<section><h2>Where the misfit lives</h2>{}<div class=\"charts\">{curves}</div></section>",
-        key(false, shaded)
+        "<section><h2>Where the misfit lives</h2>{}<div class=\"charts\">{curves}</div>{}</section>",
+        key(diagnosis, false, shaded),
+        constant_coordinates(diagnosis)
+    )
+}
+
+/// What hardly changed in the held-out runs: one value makes no curve.
+fn constant_coordinates(diagnosis: &Diagnosis) -> String {
+    let curves = diagnosis.detail.misfit_map.iter().filter(|curve| curve.bins.len() == 1);
+    let names: Vec<String> = curves.map(|curve| escape(words::axis(&curve.coordinate).0)).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        "<p class=\"soft\">Of one value in the held-out runs, so without a curve: {}.</p>",
+        words::join(&names, "and")
     )
 }
 

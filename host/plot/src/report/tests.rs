@@ -292,6 +292,51 @@ fn every_verdict_is_one_well_formed_file_with_its_numbers() {
     }
 }
 
+/// Titles of the charts, and how many lines of a class are in them.
+fn titles_and_lines(page: &str) -> (Vec<String>, [usize; 2]) {
+    let document = parse(page);
+    let of = |class: &'static str| document.descendants().filter(move |node| node.attribute("class") == Some(class));
+    let titles = of("title").filter_map(|node| node.text().map(str::to_owned)).collect();
+    (titles, ["before", "after"].map(|class| of(class).filter(|node| node.has_tag_name(SVG_PATH)).count()))
+}
+
+const SVG_PATH: (&str, &str) = ("http://www.w3.org/2000/svg", "path");
+
+#[test]
+fn where_nothing_was_added_there_is_one_model_with_one_curve() {
+    let mut diagnosis = sample(Verdict::Unexplained);
+    diagnosis.causes.clear();
+    diagnosis.after = diagnosis.before;
+    let traces = &mut diagnosis.detail.traces;
+    traces.iter_mut().flat_map(|trace| &mut trace.samples).for_each(|sample| sample.after = sample.before);
+    traces[2].samples = traces[0].samples.clone();
+    let page = html(&diagnosis, &about());
+    let (titles, [before, after]) = titles_and_lines(&page);
+    assert!(before > 0 && after == 0, "{before} and {after} lines");
+    assert!(titles.contains(&"worst (noise_step_06)".to_owned()), "{titles:?}");
+    assert!(!titles.iter().any(|title| title.contains("after")), "{titles:?}");
+    assert!(page.contains("the refitted model") && !page.contains("extended model (after)"));
+
+    // With a cause there are two, and a stretch that is worst twice is drawn once.
+    let mut diagnosis = sample(Verdict::Explained);
+    diagnosis.detail.traces[2].samples = diagnosis.detail.traces[0].samples.clone();
+    let (titles, [before, after]) = titles_and_lines(&html(&diagnosis, &about()));
+    assert_eq!(before, after + diagnosis.missing_terms.len(), "a missing term is drawn as a line before");
+    assert!(titles.contains(&"worst before and worst after (noise_step_06)".to_owned()), "{titles:?}");
+}
+
+#[test]
+fn one_value_makes_no_curve_and_is_said() {
+    let mut diagnosis = sample(Verdict::Unexplained);
+    let (titles, _) = titles_and_lines(&html(&diagnosis, &about()));
+    assert!(titles.contains(&"against commanded voltage".to_owned()));
+    diagnosis.detail.misfit_map[2].bins.truncate(1);
+    let page = html(&diagnosis, &about());
+    let (titles, _) = titles_and_lines(&page);
+    assert!(!titles.contains(&"against commanded voltage".to_owned()), "{titles:?}");
+    assert!(page.contains("without a curve: commanded voltage."), "nothing says why");
+}
+
 #[test]
 fn what_was_left_out_of_a_walk_is_said_and_only_there() {
     let mut diagnosis = sample(Verdict::Nothing);

@@ -131,6 +131,13 @@ pub(super) fn coordinate(name: &str) -> (&'static str, &'static str, f64) {
     }
 }
 
+/// The same; a coordinate without a label is called what it is called in files.
+#[must_use]
+pub(super) fn axis(name: &str) -> (&str, &'static str, f64) {
+    let (label, unit, factor) = coordinate(name);
+    (if label.is_empty() { name } else { label }, unit, factor)
+}
+
 /// What a missing term is, its unit, and how many of them the exchange format's unit is.
 pub(super) fn term_kind(kind: TermKind) -> (&'static str, &'static str, f64) {
     match kind {
@@ -191,8 +198,7 @@ pub(super) fn badge(verdict: Verdict) -> (&'static str, &'static str) {
 /// Where the rest lives, as a sentence.
 #[must_use]
 pub(super) fn left_over(left: &LeftOver) -> String {
-    let (label, unit, factor) = coordinate(&left.coordinate);
-    let label = if label.is_empty() { left.coordinate.as_str() } else { label };
+    let (label, unit, factor) = axis(&left.coordinate);
     if !left.runs.is_empty() {
         let share = percent(100.0 * left.share);
         return format!("{share} % of what is left above the noise lies in {}.", left.runs.join(", "));
