@@ -28,6 +28,7 @@ use identify::robot::{Held, Run};
 use robot_file::edit::Document;
 use sweep::Measured;
 
+pub use evidence::ALARM;
 pub use feet::FootPlace;
 pub use outcome::{WalkCause, WalkDiagnosis, WalkLimit, WalkModel};
 pub use place::Place;

@@ -15,15 +15,15 @@ const MARGINS: Margins = Margins { left: 74, right: 20, top: 12, bottom: 46 };
 const LEGEND: i32 = 34;
 const NAMES: [&str; 3] = ["vx, mm/s", "vy, mm/s", "yaw, °/s"];
 
-/// A panel a speed: what was simulated over what was measured, with the file's numbers (grey), with those found under the fitted
-/// conditions (blue) and under the held-out ones (orange).
+/// A panel a speed: what was simulated over what was measured, with the file's numbers (grey, unless they are those found), with those found
+/// under the fitted conditions (blue) and under the held-out ones (orange).
 ///
 /// # Errors
 /// The drawing library refuses.
 pub fn speeds_svg(conditions: &[ConditionFit]) -> Result<String, FigureError> {
     let size = (3 * SIZE.0 as u32, (LEGEND + SIZE.1) as u32);
     sheet("speeds", size, |root| {
-        legend(root)?;
+        legend(root, conditions)?;
         for (part, name) in NAMES.iter().enumerate() {
             let area = root.clone().shrink((part as i32 * SIZE.0, LEGEND), SIZE);
             panel(&area, name, part, conditions)?;
@@ -32,9 +32,15 @@ pub fn speeds_svg(conditions: &[ConditionFit]) -> Result<String, FigureError> {
     })
 }
 
-fn legend(root: &Area<'_>) -> Drawn {
+/// Whether any dot of the file's numbers is beside that of those found.
+fn is_moved(conditions: &[ConditionFit]) -> bool {
+    conditions.iter().any(|one| one.before != one.after)
+}
+
+fn legend(root: &Area<'_>, conditions: &[ConditionFit]) -> Drawn {
     let entries = [(BEFORE, "the file's numbers"), (FITTED, "found, fitted"), (HELD_OUT, "found, held out")];
-    for (place, (colour, words)) in entries.into_iter().enumerate() {
+    let shown = entries.into_iter().skip(usize::from(!is_moved(conditions)));
+    for (place, (colour, words)) in shown.enumerate() {
         let x = 80 + 220 * place as i32;
         root.draw(&Circle::new((x, 18), 4, colour.filled()))?;
         root.draw(&Text::new(words, (x + 12, 10), font(15)))?;
@@ -53,7 +59,8 @@ fn panel(area: &Area<'_>, name: &str, part: usize, conditions: &[ConditionFit]) 
     let scale = |words| Scale { range, words, marks: 6 };
     let mut chart = axes(area, MARGINS, &scale(&x), &scale(&y))?;
     chart.draw_series(LineSeries::new([(range.0, range.0), (range.1, range.1)], INK.stroke_width(1)))?;
-    let before = measured.iter().map(|(at, one)| Circle::new((*at, one.before[part]), 3, BEFORE.filled()));
+    let grey = measured.iter().filter(|_| is_moved(conditions));
+    let before = grey.map(|(at, one)| Circle::new((*at, one.before[part]), 3, BEFORE.filled()));
     chart.draw_series(before)?;
     let after = measured.iter().map(|(at, one)| {
         let colour = if one.held_out { HELD_OUT } else { FITTED };
@@ -81,6 +88,10 @@ mod tests {
         let circles = |colour: &str| svg.matches("<circle").count().min(svg.matches(colour).count());
         // A legend entry, and a dot for each speed that was measured.
         assert_eq!((circles("#2166AC"), circles("#D66014")), (1 + 3, 1 + 2), "{svg}");
-        assert!(svg.contains("measured vx, mm/s"));
+        assert!(svg.contains("measured vx, mm/s") && svg.contains("s numbers"));
+        // The file's own numbers were found: no grey dots under the others.
+        let same = ConditionFit { after: [2.0, 0.0, 1.0], ..one(false, Some(0.4)) };
+        let svg = speeds_svg(&[same]).unwrap();
+        assert!(svg.matches("<circle").count() == 2 + 3 && !svg.contains("s numbers"), "{svg}");
     }
 }

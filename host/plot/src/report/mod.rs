@@ -16,6 +16,7 @@ use diagnose::{
 use simulation::{ComparedFigure, Comparison};
 use svg::{COLOURS, STYLE, escape, number};
 pub use walk::{WalkAbout, walk_html};
+pub use words::odds;
 use words::{degrees, percent, sentence, three, times};
 
 const PAGE_STYLE: &str = include_str!("style.css");

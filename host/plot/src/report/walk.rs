@@ -1,7 +1,7 @@
 //! The report of a walk's diagnosis.
 
 use diagnose::Verdict;
-use diagnose::walk::{FootPlace, Place, WalkDiagnosis, WalkLimit, WalkModel};
+use diagnose::walk::{ALARM, FootPlace, Place, WalkDiagnosis, WalkLimit, WalkModel};
 use identify::robot::Parameter;
 
 use super::PAGE_STYLE;
@@ -39,9 +39,13 @@ pub fn walk_html(found: &WalkDiagnosis, about: &WalkAbout) -> Result<String, Fig
     );
     page.push_str(&cards(found));
     page.push_str(&format!(
-        "<section><h2>Simulated speeds over measured ones</h2><p class=\"soft\">Grey: the file’s numbers, refitted. Coloured: the model \
-         that is written, under conditions that were fitted and under those that were held out.</p>\
-         <div class=\"scroll\">{}</div></section>",
+        "<section><h2>Simulated speeds over measured ones</h2><p class=\"soft\">{}, under conditions that were fitted and under those \
+         that were held out.</p><div class=\"scroll\">{}</div></section>",
+        if found.causes.is_empty() {
+            "The file’s model, its numbers refitted"
+        } else {
+            "Grey: the file’s numbers, refitted. Coloured: the model that is written"
+        },
         speeds_svg(&found.conditions)?
     ));
     page.push_str(&evidence(found));
@@ -72,7 +76,8 @@ fn cards(found: &WalkDiagnosis) -> String {
         format!("vx {}, vy {}, yaw {}", percent(shares[0]), percent(shares[1]), percent(shares[2]))
     };
     let after = if found.causes.is_empty() { "nothing was added to the model".into() } else { parts(found.after) };
-    let odds = found.log10_evidence_against_nothing;
+    let (odds, tone) = (found.log10_evidence_against_nothing, words::badge(found.verdict).1);
+    let misfit = found.models.iter().find(|one| one.effects.is_empty()).and_then(|one| one.misfit);
     format!(
         "<section class=\"cards\" aria-label=\"the four numbers\">{}{}{}{}</section>",
         card(
@@ -84,12 +89,28 @@ fn cards(found: &WalkDiagnosis) -> String {
         card("b", "error before", &percent(together(found.before)), &parts(found.before)),
         card("a", "error after", &percent(together(found.after)), &after),
         card(
-            "g",
-            "evidence",
-            &format!("10<sup>{odds:.1}</sup>"),
-            "to 1 against \u{201c}nothing is missing\u{201d}; an alarm needs 100 to 1"
+            tone,
+            "an effect of the catalogue is missing",
+            &words::odds(odds),
+            &odds_words(odds, found.verdict, misfit)
         ),
     )
+}
+
+/// What the odds of a missing effect mean for the verdict, which has a second leg: whether the refitted file, of this misfit, leaves only
+/// scatter.
+fn odds_words(log10_odds: f64, verdict: Verdict, misfit: Option<f64>) -> String {
+    let is_unexplained = verdict == Verdict::Unexplained;
+    if log10_odds >= ALARM {
+        let rest = if is_unexplained { ", but no effect leaves only scatter" } else { "" };
+        return format!("an alarm, which needs 100 to 1{rest}");
+    }
+    let no_alarm = "no alarm, which needs 100 to 1: no effect is named";
+    if !is_unexplained {
+        return no_alarm.into();
+    }
+    let misfit = misfit.map_or_else(String::new, |misfit| format!(": misfit {}, scatter alone makes 1", three(misfit)));
+    format!("{no_alarm}. Yet the refitted file leaves more than scatter{misfit}")
 }
 
 fn evidence(found: &WalkDiagnosis) -> String {
@@ -239,4 +260,20 @@ fn how_to_run(found: &WalkDiagnosis, about: &WalkAbout) -> String {
         escape(&tables),
         written = sentence(written),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_said_of_the_odds_agrees_with_the_verdict() {
+        let said = |log10, verdict| odds_words(log10, verdict, Some(3.26));
+        assert_eq!(said(23.0, Verdict::Explained), "an alarm, which needs 100 to 1");
+        assert!(said(23.0, Verdict::Unexplained).contains("but no effect leaves only scatter"));
+        assert_eq!(said(-23.1, Verdict::Nothing), "no alarm, which needs 100 to 1: no effect is named");
+        // No alarm and an unexplained walk: what is wrong must be said beside it.
+        let unexplained = said(-23.1, Verdict::Unexplained);
+        assert!(unexplained.contains("leaves more than scatter: misfit 3.26"), "{unexplained}");
+    }
 }

@@ -114,6 +114,22 @@ pub(super) fn times(value: f64) -> String {
     if value.is_finite() { format!("{value:.2}×") } else { "–".into() }
 }
 
+/// Odds, of which the logarithm is known: `40 to 1`, `1 to 40`, from a thousand on as a power of ten.
+#[must_use]
+pub fn odds(log10: f64) -> String {
+    if !log10.is_finite() {
+        return "–".into();
+    }
+    let size = log10.abs();
+    let number = if size < 3.0 { three(10f64.powf(size)) } else { format!("10{}", superscript(size.round() as u64)) };
+    if log10 < 0.0 { format!("1 to {number}") } else { format!("{number} to 1") }
+}
+
+fn superscript(number: u64) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    number.to_string().bytes().map(|digit| DIGITS[usize::from(digit - b'0')]).collect()
+}
+
 /// A coordinate of the misfit: axis label and factor from SI.
 #[must_use]
 pub(super) fn coordinate(name: &str) -> (&'static str, &'static str, f64) {
@@ -219,6 +235,12 @@ mod tests {
     fn numbers_in_texts_have_a_minus_and_a_zero_has_none() {
         let text = "removes -0.0 % (-8.5 to 11.0) of the held-out error, -3 and co-author - 2";
         assert_eq!(readable(text), "removes 0.0 % (−8.5 to 11.0) of the held-out error, −3 and co-author - 2");
+    }
+
+    #[test]
+    fn odds_are_written_as_people_say_them() {
+        let found = [0.0, 2.0, -1.6, 23.4, -23.1, 310.0].map(odds);
+        assert_eq!(found, ["1 to 1", "100 to 1", "1 to 39.8", "10²³ to 1", "1 to 10²³", "10³¹⁰ to 1"]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use diagnose::Verdict;
 use diagnose::walk::{WalkDiagnosis, WalkModel, WalkOptions, diagnose_walk};
 use miette::{Report, miette};
-use plot::report::{WalkAbout, walk_html};
+use plot::report::{WalkAbout, odds, walk_html};
 use robot_file::edit::Document;
 
 use super::diagnose::{ROBOT, progress};
@@ -104,8 +104,8 @@ fn facts(found: &WalkDiagnosis) -> String {
     rows.push(("held-out vx / vy / yaw, after", three(found.after)));
     rows.push(("what repeats alone make", three(found.scatter)));
     rows.push((
-        "evidence against \"nothing\"",
-        format!("10^{:.1} to 1; an alarm needs 10^2", found.log10_evidence_against_nothing),
+        "an effect is missing",
+        format!("{}; an alarm needs 100 to 1", odds(found.log10_evidence_against_nothing)),
     ));
     table::facts(rows)
 }
