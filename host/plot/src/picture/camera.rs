@@ -1,5 +1,7 @@
 //! From the world to the picture.
 
+use crate::walk::map::corners;
+
 type Vector = [f64; 3];
 
 /// From where it looks: below the horizontal and against +x, rad.
@@ -10,6 +12,24 @@ const DISTANCE: f64 = 5.5;
 /// Part of the picture that is filled.
 const FILLED: f64 = 0.94;
 
+/// What is to be seen.
+pub(super) struct View {
+    /// What the camera looks at, m.
+    pub middle: Vector,
+    /// What has to be in the picture, m.
+    pub points: Vec<Vector>,
+    /// Whether the middle is in the picture's middle: else the points fill the picture.
+    pub keeps_middle: bool,
+}
+
+impl View {
+    /// How far from the middle the farthest point is, m.
+    pub fn reach(&self) -> f64 {
+        let off = |point: &Vector| [0, 1, 2].map(|axis| point[axis] - self.middle[axis]);
+        self.points.iter().map(off).map(|off| dot(off, off).sqrt()).fold(0.0, f64::max)
+    }
+}
+
 /// A camera with perspective, upright.
 #[derive(Clone, Debug)]
 pub(super) struct Camera {
@@ -19,27 +39,31 @@ pub(super) struct Camera {
     ahead: Vector,
     /// Pixels for a tangent of 1.
     focal: f64,
-    /// Of the picture, pixels.
+    /// Where straight ahead is in the picture, pixels.
     centre: [f64; 2],
     distance: f64,
 }
 
 impl Camera {
-    /// Looks at the middle; all of the points are in the picture, with a margin.
-    pub fn new(middle: Vector, points: &[Vector], [width, height]: [u32; 2]) -> Self {
+    /// All of a view's points are in the picture, with a margin.
+    pub fn new(view: &View, [width, height]: [u32; 2]) -> Self {
         let ((sin, cos), (aside_sin, aside_cos)) = (DOWN.sin_cos(), ASIDE.sin_cos());
         let ahead = [-cos * aside_cos, -cos * aside_sin, -sin];
         let right = [-aside_sin, aside_cos, 0.0];
         let up = [-sin * aside_cos, -sin * aside_sin, cos];
-        let distance = DISTANCE * reach(middle, points);
-        let place = [0, 1, 2].map(|axis| middle[axis] - distance * ahead[axis]);
+        let distance = DISTANCE * view.reach();
+        let place = [0, 1, 2].map(|axis| view.middle[axis] - distance * ahead[axis]);
         let centre = [0.5 * f64::from(width), 0.5 * f64::from(height)];
         let mut camera = Self { place, right, up, ahead, focal: 1.0, centre, distance };
-        let fits = points.iter().map(|point| {
-            let seen = camera.seen(*point);
-            (centre[0] * seen[2] / seen[0].abs()).min(centre[1] * seen[2] / seen[1].abs())
+        let directions = view.points.iter().map(|point| {
+            let [x, y, ahead] = camera.seen(*point);
+            [x / ahead, -y / ahead]
         });
-        camera.focal = FILLED * fits.fold(f64::INFINITY, f64::min);
+        let (low, high) = corners(directions);
+        let middle = [0, 1].map(|axis| if view.keeps_middle { 0.0 } else { 0.5 * (low[axis] + high[axis]) });
+        let half = |axis: usize| (high[axis] - middle[axis]).max(middle[axis] - low[axis]);
+        camera.focal = FILLED * (centre[0] / half(0)).min(centre[1] / half(1));
+        camera.centre = [0, 1].map(|axis| centre[axis] - camera.focal * middle[axis]);
         camera
     }
 
@@ -87,10 +111,4 @@ impl Camera {
 
 pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// How far from the middle the farthest point is, m.
-pub(super) fn reach(middle: Vector, points: &[Vector]) -> f64 {
-    let off = |point: &Vector| [0, 1, 2].map(|axis| point[axis] - middle[axis]);
-    points.iter().map(off).map(|off| dot(off, off).sqrt()).fold(0.0, f64::max)
 }
