@@ -23,7 +23,7 @@ pub(super) fn trace(index: usize, why: &str, trace: &RolloutTrace, diagnosis: &D
     let angles = range(rows.iter().flat_map(|row| [row.measured, row.before, row.after])).unwrap_or((0.0, 1.0));
     let mut top = Chart::new(&format!("trace{index}"), (SIZE.0, 150.0), time, angles);
     top.line(measured, "measured");
-    let simulated: [(fn(&ChartPoint) -> f64, &str); 2] = [(|row| row.before, "before"), (|row| row.after, "after")];
+    let simulated: [(Value, &str); 2] = [(|row| row.before, "before"), (|row| row.after, "after")];
     for (value, class) in simulated.into_iter().take(models(diagnosis)) {
         top.line(broken(&rows, value), class);
     }
@@ -47,6 +47,9 @@ pub(super) fn trace(index: usize, why: &str, trace: &RolloutTrace, diagnosis: &D
     );
     format!("<figure>{top}{bottom}</figure>")
 }
+
+/// What is drawn of a sample.
+type Value = fn(&ChartPoint) -> f64;
 
 /// One sample of a trace in degrees on one continuous scale; NaN where there is no reading.
 struct ChartPoint {

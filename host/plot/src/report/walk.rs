@@ -34,7 +34,7 @@ pub fn walk_html(found: &WalkDiagnosis, about: &WalkAbout) -> Result<String, Fig
          <header><span class=\"badge {tone}\">{badge}</span> <span class=\"soft\">Diagnosis of the walk of {robot}</span>\
          <h1>{}</h1><p>{}</p></header>",
         escape(headline),
-        escape(&rest.join(" ")),
+        escape(&(reason(found).unwrap_or_default() + &rest.join(" "))),
         robot = escape(&about.robot),
     );
     page.push_str(&cards(found));
@@ -77,7 +77,6 @@ fn cards(found: &WalkDiagnosis) -> String {
     };
     let after = if found.causes.is_empty() { "nothing was added to the model".into() } else { parts(found.after) };
     let (odds, tone) = (found.log10_evidence_against_nothing, words::badge(found.verdict).1);
-    let misfit = found.models.iter().find(|one| one.effects.is_empty()).and_then(|one| one.misfit);
     format!(
         "<section class=\"cards\" aria-label=\"the four numbers\">{}{}{}{}</section>",
         card(
@@ -88,29 +87,29 @@ fn cards(found: &WalkDiagnosis) -> String {
         ),
         card("b", "error before", &percent(together(found.before)), &parts(found.before)),
         card("a", "error after", &percent(together(found.after)), &after),
-        card(
-            tone,
-            "an effect of the catalogue is missing",
-            &words::odds(odds),
-            &odds_words(odds, found.verdict, misfit)
-        ),
+        card(tone, "odds of a missing effect", &words::odds(odds), odds_words(odds, found.verdict)),
     )
 }
 
-/// What the odds of a missing effect mean for the verdict, which has a second leg: whether the refitted file, of this misfit, leaves only
-/// scatter.
-fn odds_words(log10_odds: f64, verdict: Verdict, misfit: Option<f64>) -> String {
-    let is_unexplained = verdict == Verdict::Unexplained;
-    if log10_odds >= ALARM {
-        let rest = if is_unexplained { ", but no effect leaves only scatter" } else { "" };
-        return format!("an alarm, which needs 100 to 1{rest}");
+/// Why a walk is unexplained: of the two legs of the verdict the odds alone would say that all is well.
+fn reason(found: &WalkDiagnosis) -> Option<String> {
+    let own = found.models.iter().find(|one| one.effects.is_empty())?;
+    (found.verdict == Verdict::Unexplained && own.adequate == Some(false)).then(|| unexplained(own.misfit))
+}
+
+fn unexplained(misfit: Option<f64>) -> String {
+    let of = |misfit| format!(": misfit {} on the fitted speeds, where scatter alone makes 1", three(misfit));
+    format!("With its numbers refitted it leaves more than repeats scatter by{}. ", misfit.map_or_else(String::new, of))
+}
+
+/// What the odds of a missing effect mean for the verdict.
+fn odds_words(log10_odds: f64, verdict: Verdict) -> &'static str {
+    match (log10_odds >= ALARM, verdict) {
+        (true, Verdict::Unexplained) => "an alarm, which needs 100 to 1; but no effect leaves only scatter",
+        (true, _) => "an alarm, which needs 100 to 1",
+        (false, Verdict::Unexplained) => "no alarm, which needs 100 to 1: no effect of the catalogue explains it",
+        (false, _) => "no alarm, which needs 100 to 1",
     }
-    let no_alarm = "no alarm, which needs 100 to 1: no effect is named";
-    if !is_unexplained {
-        return no_alarm.into();
-    }
-    let misfit = misfit.map_or_else(String::new, |misfit| format!(": misfit {}, scatter alone makes 1", three(misfit)));
-    format!("{no_alarm}. Yet the refitted file leaves more than scatter{misfit}")
 }
 
 fn evidence(found: &WalkDiagnosis) -> String {
@@ -268,12 +267,11 @@ mod tests {
 
     #[test]
     fn what_is_said_of_the_odds_agrees_with_the_verdict() {
-        let said = |log10, verdict| odds_words(log10, verdict, Some(3.26));
-        assert_eq!(said(23.0, Verdict::Explained), "an alarm, which needs 100 to 1");
-        assert!(said(23.0, Verdict::Unexplained).contains("but no effect leaves only scatter"));
-        assert_eq!(said(-23.1, Verdict::Nothing), "no alarm, which needs 100 to 1: no effect is named");
-        // No alarm and an unexplained walk: what is wrong must be said beside it.
-        let unexplained = said(-23.1, Verdict::Unexplained);
-        assert!(unexplained.contains("leaves more than scatter: misfit 3.26"), "{unexplained}");
+        assert_eq!(odds_words(23.0, Verdict::Explained), "an alarm, which needs 100 to 1");
+        assert!(odds_words(23.0, Verdict::Unexplained).contains("but no effect leaves only scatter"));
+        assert_eq!(odds_words(-23.1, Verdict::Nothing), "no alarm, which needs 100 to 1");
+        // No alarm and an unexplained walk: it must be said what is wrong all the same.
+        assert!(odds_words(-23.1, Verdict::Unexplained).contains("no effect of the catalogue"));
+        assert!(unexplained(Some(3.26)).contains("more than repeats scatter by: misfit 3.26"));
     }
 }

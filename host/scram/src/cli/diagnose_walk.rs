@@ -104,7 +104,7 @@ fn facts(found: &WalkDiagnosis) -> String {
     rows.push(("held-out vx / vy / yaw, after", three(found.after)));
     rows.push(("what repeats alone make", three(found.scatter)));
     rows.push((
-        "an effect is missing",
+        "odds of a missing effect",
         format!("{}; an alarm needs 100 to 1", odds(found.log10_evidence_against_nothing)),
     ));
     table::facts(rows)
