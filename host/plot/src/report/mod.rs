@@ -188,7 +188,9 @@ fn where_it_lives(diagnosis: &Diagnosis) -> String {
 /// What hardly changed in the held-out runs: one value makes no curve.
 fn constant_coordinates(diagnosis: &Diagnosis) -> String {
     let curves = diagnosis.detail.misfit_map.iter().filter(|curve| curve.bins.len() == 1);
-    let names: Vec<String> = curves.map(|curve| escape(words::axis(&curve.coordinate).0)).collect();
+    // What an axis says beside its quantity is of no use here.
+    let name = |label: &str| escape(label.split(',').next().unwrap_or(label));
+    let names: Vec<String> = curves.map(|curve| name(words::axis(&curve.coordinate).0)).collect();
     if names.is_empty() {
         return String::new();
     }

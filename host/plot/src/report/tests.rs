@@ -331,10 +331,12 @@ fn one_value_makes_no_curve_and_is_said() {
     let (titles, _) = titles_and_lines(&html(&diagnosis, &about()));
     assert!(titles.contains(&"against commanded voltage".to_owned()));
     diagnosis.detail.misfit_map[2].bins.truncate(1);
+    let run = misfit_curve("run", (0.5, 1.5), 1.0, 1.0);
+    diagnosis.detail.misfit_map.push(MisfitCurve { bins: run.bins[..1].to_vec(), ..run });
     let page = html(&diagnosis, &about());
     let (titles, _) = titles_and_lines(&page);
     assert!(!titles.contains(&"against commanded voltage".to_owned()), "{titles:?}");
-    assert!(page.contains("without a curve: commanded voltage."), "nothing says why");
+    assert!(page.contains("without a curve: commanded voltage and run."), "nothing says why");
 }
 
 #[test]
