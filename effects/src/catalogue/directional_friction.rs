@@ -5,7 +5,7 @@
 //! energy on every way around, for `g ≥ |l|` (levels that differ with the direction: B. Armstrong-Hélouvry, P. Dupont, C.
 //! Canudas de Wit, Automatica 30, 1994; the bristle: P. R. Dahl, "A solid friction model", 1968).
 
-use super::coulomb_friction::presliding_length;
+use super::coulomb_friction::{presliding_length, sliding_level};
 use crate::effect::Effect;
 use crate::fit::{FitNumber, Sizes};
 use crate::spec::{Acts, Confusion, Coordinate, Parameter, Spec};
@@ -56,12 +56,23 @@ impl Effect for DirectionalFriction {
 
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let torque = sizes.torque_nm;
-        let level = |name, words| FitNumber::linear(name, words, 0.01 * torque, 0.02 * torque, [0.0, torque]);
-        vec![
-            level("forward_friction", "the friction counter-clockwise"),
-            level("backward_friction", "the friction clockwise"),
-            presliding_length([4e-3, 2e-2]),
-        ]
+        let lean = FitNumber::linear("friction_lean", "half of what friction is higher counter-clockwise", 0.01 * torque, 0.0, [-torque, torque]);
+        vec![sliding_level(sizes), lean, presliding_length([4e-3, 2e-2])]
+    }
+
+    /// The mean level is Coulomb friction's; what differs by direction is beside it.
+    fn values_of_fit(numbers: &[f64], values: &mut [f64]) {
+        let (level, lean) = (numbers[0], numbers[1]);
+        values.copy_from_slice(&[(level + lean).max(0.0), (level - lean).max(0.0), numbers[2]]);
+    }
+
+    fn fit_of_values(values: &[f64], numbers: &mut [f64]) {
+        numbers.copy_from_slice(&[0.5 * (values[0] + values[1]), 0.5 * (values[0] - values[1]), values[2]]);
+    }
+
+    fn fit_ranges(_values: &[f64], half_ranges: &[f64], numbers: &mut [f64]) {
+        let level = 0.5 * (half_ranges[0] + half_ranges[1]);
+        numbers.copy_from_slice(&[level, level, half_ranges[2]]);
     }
 
     #[inline]

@@ -188,9 +188,12 @@ impl Fit {
         sizes.into_iter().any(|place| self.is_apart_from_zero(place, &shapes)) || self.has_size(model, effect)
     }
 
-    /// Places of an effect's numbers: those that say how large it is, and the others.
+    /// Places of an effect's numbers: those that say how large it is, and the others. Of an effect that contains one of the file's, what
+    /// that has already is no size: of Stribeck friction where the file has Coulomb friction, the sliding level.
     fn sizes_and_shapes(&self, model: &FileModel, effect: Id) -> (Vec<usize>, Vec<usize>) {
-        model.numbers_of(effect, self).into_iter().partition(|&place| self.free[place].is_size())
+        let (sizes, shapes): (Vec<usize>, Vec<usize>) =
+            model.numbers_of(effect, self).into_iter().partition(|&place| self.free[place].is_size());
+        (sizes.into_iter().filter(|&place| place >= self.of_file).collect(), shapes)
     }
 
     /// Whether a number's 95 % interval does not touch zero, were the scale of torques and some others known.

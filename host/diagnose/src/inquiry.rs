@@ -10,6 +10,7 @@ use super::bootstrap::Bootstrap;
 use super::fit::Fit;
 use super::ground;
 use super::odd_runs;
+use super::open_numbers;
 use super::pairs;
 use super::place;
 use super::probe::Follows;
@@ -80,6 +81,8 @@ pub struct Found {
     /// Mean square error of a model whose rest is noise by all that a screen can tell, rad²; 0 where there is none. Noise that
     /// remembers leaves more than its fast scatter, which [`Session::noise`] is.
     pub remembered: f64,
+    /// What the refitted model leaves of the held-out runs is no more than the fit runs leave its numbers open.
+    pub is_of_open_numbers: bool,
 }
 
 /// Whether an effect is the same all round the shaft, as most frictions are.
@@ -152,11 +155,16 @@ impl<'a> Inquiry<'a> {
             place: None,
             odd_runs: None,
             remembered: 0.0,
+            is_of_open_numbers: false,
         };
         found.refine_floor();
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
         let too_much = found.baseline.mean_square() > REMEMBERED * found.session.noise;
-        let alarm = found.rest.alarm() || too_much || found.selection().any_explains();
+        let mut alarm = found.rest.alarm() || too_much || found.selection().any_explains();
+        if alarm && !too_much {
+            found.is_of_open_numbers = self.is_of_open_numbers(&found);
+            alarm = !found.is_of_open_numbers;
+        }
         let alarm = alarm && found.session.is_to_be_explained(found.baseline.mean_square());
         found.decide(alarm);
         self.refute(&mut found, &effects);
@@ -190,6 +198,11 @@ impl<'a> Inquiry<'a> {
         }
         found.refit_what_is_reported();
         Ok(found)
+    }
+
+    /// Whether what the refitted model leaves is no more than the fit runs leave its numbers open.
+    fn is_of_open_numbers(&self, found: &Found) -> bool {
+        open_numbers::explain(&found.session, &found.baseline, found.selection().noise, self.options.seed)
     }
 
     /// Finds the coordinate that the rest follows. A curve says more than that some run is odd; where no curve says anything, there

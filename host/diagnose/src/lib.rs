@@ -64,6 +64,7 @@ mod normal_equations;
 mod numbers;
 mod odd_runs;
 mod one_step;
+mod open_numbers;
 mod pairs;
 mod partial;
 mod place;
@@ -384,6 +385,7 @@ fn write_down(robot: &Robot, found: &Found, seed: u64) -> Diagnosis {
             traces: map::traces(session, selection.baseline, after),
             rollout_errors: map::rollout_errors(selection.baseline, after),
             runs: map::runs(session),
+            is_of_open_numbers: found.is_of_open_numbers,
             summary: Vec::new(),
         },
         rig_doubts: Vec::new(),

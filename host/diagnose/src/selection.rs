@@ -36,6 +36,9 @@ const PAYS_OF_EXCESS: f64 = 0.03;
 const SECOND_PAYS: f64 = 0.045;
 /// And never by less than this share of the floor (mean square): the floor of one set of runs is not known better.
 const PAYS_OF_NOISE: f64 = 0.006;
+/// And never by less than this many times the noise of one reading (sum of squares, for white noise twice the logarithm of the ratio of
+/// likelihoods): of 25 effects, fitted to short runs, some one does as much on others by chance.
+const PAYS_OF_READINGS: f64 = 10.0;
 /// A richer model that is better than a simpler one by this share of the nominal model's excess stays beside it.
 const SUGGESTS: f64 = 0.01;
 /// Error of a comparison on each side; candidates are many, so it is small. It is read from
@@ -183,8 +186,10 @@ impl Selection<'_> {
     fn pays(&self, to: &Candidate, from: &Candidate) -> bool {
         let gained = from.mean_square() - to.mean_square();
         let excess = self.baseline.mean_square() - self.noise;
-        share(from.mean_square(), to.mean_square()) > PAYS
-            || gained > (PAYS_OF_EXCESS * excess).max(PAYS_OF_NOISE * self.noise)
+        let readings: f64 = from.evaluation.errors.iter().map(|(_, freedom)| freedom).sum();
+        gained > PAYS_OF_READINGS / readings * self.noise
+            && (share(from.mean_square(), to.mean_square()) > PAYS
+                || gained > (PAYS_OF_EXCESS * excess).max(PAYS_OF_NOISE * self.noise))
     }
 
     /// Of some models, those that hold the best one as often as [`confidence_set`] says.
@@ -366,6 +371,9 @@ mod tests {
     use super::super::session::Evaluation;
     use super::*;
 
+    /// Of a rollout, after its start.
+    const READINGS: f64 = 200.0;
+
     /// A model whose rollouts all have one mean square, rad².
     fn model(effects: &[&str], mean_square: f64) -> Candidate {
         let effects: Vec<Id> = effects.iter().map(|name| Id::of(name).unwrap()).collect();
@@ -379,7 +387,8 @@ mod tests {
             cost: 0.0,
             covariance: DMatrix::zeros(0, 0),
         };
-        let evaluation = Evaluation { rolled: Vec::new(), errors: vec![(mean_square, 1.0); 100], starts: Vec::new() };
+        let errors = vec![(READINGS * mean_square, READINGS); 100];
+        let evaluation = Evaluation { rolled: Vec::new(), errors, starts: Vec::new() };
         Candidate { effects, fit, evaluation, sized: true, sized_in_its_shape: true, refuted: false, in_full: true }
     }
 
@@ -445,6 +454,23 @@ mod tests {
         let near = [("sensor_lag", 1.0), ("held_samples", 1.008), ("command_latency", 1.004), ("sensor_delay", 1.006)];
         assert_eq!(class(&near), ["sensor_lag", "command_latency", "sensor_delay"]);
         assert_eq!(class(&near[..2]), ["sensor_lag", "held_samples"]);
+    }
+
+    #[test]
+    fn what_short_runs_gain_by_chance_is_nothing() {
+        let verdict = |readings: f64| {
+            let of = |mut one: Candidate| {
+                one.evaluation.errors.iter_mut().for_each(|error| *error = (error.0 / READINGS * readings, readings));
+                one
+            };
+            let (baseline, candidates) = (of(model(&[], 1.01)), [of(model(&["backlash"], 1.0))]);
+            let bootstrap = Bootstrap::new(100, 1);
+            Selection { noise: 1.0, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap }
+                .decide(true)
+                .verdict
+        };
+        assert_eq!(verdict(9.0), Verdict::Nothing);
+        assert_eq!(verdict(11.0), Verdict::Explained);
     }
 
     #[test]

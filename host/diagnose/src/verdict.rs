@@ -200,10 +200,21 @@ pub struct Diagnosis {
 const REMEMBERS: f64 = 1.1;
 
 impl Diagnosis {
+    /// Whether nothing is missing though the held-out runs are missed by more than noise: they go where the fit runs leave the
+    /// model's numbers open.
+    #[must_use]
+    pub fn leaves_numbers_open(&self) -> bool {
+        self.leaves_more_than_noise() && self.detail.is_of_open_numbers
+    }
+
+    fn leaves_more_than_noise(&self) -> bool {
+        self.verdict == Verdict::Nothing && self.before > REMEMBERS * self.noise_floor
+    }
+
     /// Whether nothing is missing though the error is larger than the fast scatter of the reading: its noise remembers.
     #[must_use]
     pub fn remembers(&self) -> bool {
-        self.verdict == Verdict::Nothing && self.before > REMEMBERS * self.noise_floor
+        self.leaves_more_than_noise() && !self.detail.is_of_open_numbers
     }
 }
 
@@ -234,6 +245,8 @@ pub struct Detail {
     pub rollout_errors: Vec<RolloutError>,
     /// What of each run was used.
     pub runs: Vec<RunUse>,
+    /// What the refitted model leaves of the held-out runs is no more than the fit runs leave its numbers open.
+    pub is_of_open_numbers: bool,
     /// The verdict in a few plain sentences.
     pub summary: Vec<String>,
 }

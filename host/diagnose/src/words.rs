@@ -120,6 +120,11 @@ pub fn summary(diagnosis: &Diagnosis) -> Vec<String> {
              noise is not white."
                 .to_owned()
         }
+        Verdict::Nothing if diagnosis.leaves_numbers_open() => {
+            "There is nothing to explain: the held-out runs are missed by no more than the runs that were fitted leave the \
+             numbers open. More of such runs to fit on would say more."
+                .to_owned()
+        }
         Verdict::Nothing => "There is nothing to explain: only numbers were wrong, not the model.".to_owned(),
         Verdict::Explained => {
             format!("The model lacks {causes}; with it the error is {:.3}°.", degrees(diagnosis.after))

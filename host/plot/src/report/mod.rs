@@ -368,6 +368,9 @@ fn what_is_left(diagnosis: &Diagnosis) -> String {
         Verdict::Nothing if diagnosis.remembers() => format!(
             "The error is {rest} the noise floor, alike in every rollout whatever the shaft does: noise that remembers."
         ),
+        Verdict::Nothing if diagnosis.leaves_numbers_open() => format!(
+            "The error is {rest} the noise floor, no more than the runs that were fitted leave the numbers open."
+        ),
         Verdict::Nothing | Verdict::Explained => {
             format!("The error is {rest} the noise floor: nothing to speak of is left.")
         }

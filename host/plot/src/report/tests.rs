@@ -235,6 +235,7 @@ pub(crate) fn sample(verdict: Verdict) -> Diagnosis {
             ],
             rollout_errors,
             runs: vec![run("steps_01", false), run("sweep_02", false), run("chirp_03", false), run("noise_04", false), run("noise_step_05", true), run("noise_step_06", true)],
+            is_of_open_numbers: false,
             summary: vec!["Simulated freely for 0.10 s at a time, the model with refitted numbers is off by 0.529° on runs it has not seen; the angle reading itself scatters by 0.120°.".into()],
         },
     }
