@@ -71,6 +71,18 @@ struct GivenMaze<'py> {
     k_exit: f64,
 }
 
+/// Fields of what was given: what is wrong with one is said by its name.
+fn fields<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(given: &Bound<'py, PyAny>) -> PyResult<T> {
+    let py = given.py();
+    given.extract().map_err(|error: PyErr| {
+        // The error is of the field, `failed to extract field Given.observe`, and its cause of the value.
+        let said = error.value(py).to_string();
+        let field = said.rsplit('.').next().unwrap_or_default();
+        let why = error.cause(py).map_or_else(String::new, |cause| cause.value(py).to_string());
+        InputError::new_err(format!("{field}: {why}\n  help: where there may be several, give a list, also of one"))
+    })
+}
+
 /// One of several words.
 fn chosen<T: Copy>(field: &str, word: &str, known: &[(&str, T)]) -> PyResult<T> {
     let found = known.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
@@ -89,16 +101,16 @@ const MAZES: [(&str, bool); 2] = [("figure-5.5", false), ("random", true)];
 fn task(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Task> {
     match name {
         "turn" => {
-            let GivenTurn { direction, yaw_rate_rad_per_s, k_rot, k_pos } = given.extract()?;
+            let GivenTurn { direction, yaw_rate_rad_per_s, k_rot, k_pos } = fields(given)?;
             let sign = chosen("direction", &direction, &DIRECTIONS)?;
             Ok(Task::Turn(Turn { desired_rad_per_s: sign * yaw_rate_rad_per_s, k_rot, k_pos }))
         }
         "straight" => {
-            let GivenStraight { k_ahead, k_side, k_heading } = given.extract()?;
+            let GivenStraight { k_ahead, k_side, k_heading } = fields(given)?;
             Ok(Task::Straight(Straight { k_ahead, k_side, k_heading }))
         }
         "maze" => {
-            let GivenMaze { maze, cell_m, columns, rows, maze_seed, k_progress, k_step, k_exit } = given.extract()?;
+            let GivenMaze { maze, cell_m, columns, rows, maze_seed, k_progress, k_step, k_exit } = fields(given)?;
             let (columns, rows): (usize, usize) = (whole("columns", &columns)?, whole("rows", &rows)?);
             let maze_seed = whole("maze_seed", &maze_seed)?;
             let maze = if chosen("maze", &maze, &MAZES)? {
@@ -119,7 +131,7 @@ fn task(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Task> {
 }
 
 fn definition(given: &Bound<'_, PyAny>) -> PyResult<Definition> {
-    let all: Given = given.extract()?;
+    let all: Given = fields(given)?;
     let parts = all.observe.iter().map(|part| chosen("observe", part, &Part::ALL)).collect::<PyResult<_>>()?;
     Ok(Definition {
         task: task(&all.task, given)?,
@@ -147,10 +159,15 @@ fn word<T: PartialEq>(value: &T, known: &[(&'static str, T)]) -> &'static str {
 pub fn environment_defaults<'py>(py: Python<'py>, task: &str) -> PyResult<Bound<'py, PyDict>> {
     let values = PyDict::new(py);
     let task = match task {
-        "turn" => Task::Turn(Turn::default()),
+        "turn" => {
+            let turn = Turn::default();
+            values.set_item("direction", word(&turn.desired_rad_per_s.signum(), &DIRECTIONS))?;
+            Task::Turn(turn)
+        }
         "straight" => Task::Straight(Straight::default()),
         "maze" => {
             let maze = Maze::figure_5_5(Maze::CELL_M);
+            values.set_item("maze", word(&false, &MAZES))?;
             values.set_item("cell_m", maze.cell_m())?;
             let [columns, rows] = maze.size();
             values.set_item("columns", columns)?;
@@ -252,9 +269,17 @@ impl Environments {
 
     /// One action of every environment.
     fn step<'py>(&self, py: Python<'py>, actions: PyReadonlyArray1<'py, i64>) -> PyResult<Outcome<'py>> {
-        // An action below 0 becomes one that does not exist.
-        let actions: Vec<usize> =
-            actions.as_array().iter().map(|action| usize::try_from(*action).unwrap_or(usize::MAX)).collect();
+        let known = self.inner.now(py).definition().actions().len();
+        let index = |action: &i64| {
+            let index = usize::try_from(*action).ok();
+            index.ok_or_else(|| {
+                InputError::new_err(format!(
+                    "there is no action {action} among {known}\n  help: they are 0 to {}",
+                    known - 1
+                ))
+            })
+        };
+        let actions = actions.as_array().iter().map(index).collect::<PyResult<Vec<usize>>>()?;
         let environments = self.inner.clone();
         let step = move || {
             let mut environments = environments.detached();

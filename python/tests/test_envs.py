@@ -1,7 +1,9 @@
 """The environments as Gymnasium uses them."""
 
+import dataclasses
 import math
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -32,6 +34,13 @@ VARIED: dict[str, Any] = {"randomize": 1.0, "start_position_m": 0.01, "start_hea
 def actions(environment: int, step: int) -> int:
     """Of environment i, whatever company it has."""
     return (3 * environment + 7 * step + step * step) % 10
+
+
+@pytest.mark.parametrize("definition", [scram.envs.Turn, scram.envs.Straight, scram.envs.Maze])
+def test_every_default_is_the_engines(definition: type[scram.envs.Definition]) -> None:
+    defaults = dataclasses.asdict(definition())
+    engines = scram._scram.environment_defaults(definition.task)
+    assert {name: list(value) if isinstance(value, tuple) else value for name, value in defaults.items()} == engines
 
 
 @pytest.mark.parametrize("drive", ["exact", "motor"])
@@ -231,6 +240,10 @@ def test_another_robot_file(root: Path) -> None:
     [
         ({"drive": "magic"}, "drive: there is no `magic`"),
         ({"observe": ("pose", "smell")}, "observe: there is no `smell`"),
+        ({"observe": "pose"}, "observe: .*`str`.*\n  help: where there may be several, give a list"),
+        ({"interval_s": "much"}, "interval_s: .*number"),
+        ({"yaw_rate_rad_per_s": "much"}, "yaw_rate_rad_per_s: .*number"),
+        ({"robot": "robots/bench-linear.toml"}, r"has no \[body\].*\n  help: name the robot file of a robot with \[body\]"),
         ({"observe": ("walls",)}, "only a maze has walls"),
         ({"interval_s": 0.0}, "interval_s: 0 is not positive"),
         ({"randomize": 1.0, "randomized": ["motor.colour"]}, r"randomized: `scram-26` has no `motor\.colour`"),
@@ -243,6 +256,22 @@ def test_what_is_wrong_is_said(options: dict[str, Any], said: str) -> None:
         gymnasium.make("scram/Turn-v0", **options)
 
 
+@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
+def test_a_step_needs_an_episode(make: Any) -> None:
+    env = make("scram/Turn-v0", **SHORT).unwrapped
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) before step\(\)"):
+        env.step(np.array([7]))
+    env.reset(seed=1)
+    env.step(np.array([7]))
+
+
+def test_every_one_of_many_needs_an_episode() -> None:
+    envs = gymnasium.make_vec("scram/Turn-v0", num_envs=2, **SHORT)
+    envs.reset(options={"reset_mask": np.array([True, False])})
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.step(np.array([7, 7]))
+
+
 def test_wrong_actions_and_seeds_are_refused() -> None:
     envs = gymnasium.make_vec("scram/Turn-v0", num_envs=2).unwrapped
     with pytest.raises(ValueError, match="3 for 2 environments"):
@@ -250,6 +279,8 @@ def test_wrong_actions_and_seeds_are_refused() -> None:
     envs.reset(seed=1)
     with pytest.raises(scram.InputError, match="no action 10"):
         envs.step(np.array([0, 10]))
+    with pytest.raises(scram.InputError, match="no action -1 among 10"):
+        envs.step(np.array([0, -1]))
     with pytest.raises(scram.InputError, match="1 actions for 2"):
         envs.step(np.array([0]))
     for fractions in (np.array([0.0, 7.9]), [1.0, 2.0], np.array([True, False])):
@@ -362,6 +393,29 @@ def test_a_person_gets_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     env.close()
     assert '"frames":17' in page.read_text(encoding="utf-8")
     assert opened == [page.as_uri()]
+
+
+@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
+def test_the_place_of_the_page_is_known(make: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(webbrowser, "open", lambda _: None)
+
+    def walked(**options: Any) -> Any:
+        """The environment after the pages of two episodes."""
+        env = make("scram/Turn-v0", **options, **SHORT).unwrapped
+        for _ in range(2):
+            env.reset(seed=1)
+            env.step(np.array([7]))
+            env.render()
+        return env
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert walked(render_mode="human", page_path=tmp_path / "walk.html").page_path == tmp_path / "walk.html"
+        assert walked(render_mode="rgb_array", page_path=tmp_path / "walk.html").page_path is None
+    with pytest.warns(UserWarning, match="which stays there: page_path=FILE") as told:
+        page = walked(render_mode="human").page_path
+    assert page.read_text(encoding="utf-8") and str(page) in str(told[0].message) and len(told) == 1
+    shutil.rmtree(page.parent)
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))

@@ -26,10 +26,14 @@ pub enum TaskError {
     #[error("no controller for this robot: {0}")]
     #[diagnostic(help("the exact drive turns the shaft without one"))]
     Controller(String),
+    /// The robot cannot walk.
+    #[error("{0}")]
+    #[diagnostic(help("name the robot file of a robot with [body], [backbone], [eccentric], [feet] and [ground]"))]
+    NoBody(String),
     /// The body cannot be built, or the step cannot carry it.
     #[error("no body for this robot: {0}")]
     #[diagnostic(help("choose other values, a smaller share of the spreads, or a shorter step"))]
-    Body(#[from] PlanError),
+    Body(PlanError),
     /// No robot that was drawn can be simulated.
     #[error("none of {tries} robots drawn for seed {seed} can be simulated; the last one: {last}")]
     #[diagnostic(help("randomise fewer quantities, or by a smaller share of their spreads"))]
@@ -58,6 +62,15 @@ pub enum TaskError {
     #[error("no threads: {0}")]
     #[diagnostic(help("name fewer threads"))]
     Threads(String),
+}
+
+impl From<PlanError> for TaskError {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::NoBody(_) => Self::NoBody(error.to_string()),
+            PlanError::Field { .. } => Self::Body(error),
+        }
+    }
 }
 
 impl TaskError {

@@ -1,5 +1,6 @@
 //! The robot of an episode: the file's, or one drawn from its spreads.
 
+use hal_sim::body::Plan;
 use hal_sim::random::{Source, Stream};
 use sweep::{Axis, Factor, Variant, VariantBuilder};
 
@@ -68,6 +69,8 @@ impl Specimens {
             ranges.push([alpha, alpha]);
         }
         let values: Vec<f64> = ranges.iter().map(|[low, _]| *low).collect();
+        // A robot without a body is no matter of the values that it was brought to.
+        Plan::new(builder.robot())?;
         let nominal = builder.variant(&axes, &values)?;
         if randomization.share > 0.0 {
             for path in &randomization.paths {

@@ -1,7 +1,7 @@
 """What the environments can be told: one dataclass a task, its fields the keyword arguments of ``gymnasium.make``.
 
 Defaults are the engine's (``host/tasks``): the thesis's where it gives a number, chosen ones elsewhere. docs/gymnasium.md has
-the reasons.
+the reasons. A task whose default differs from the turn's says so again; a test compares every field of every task with the engine.
 """
 
 from collections.abc import Sequence
@@ -62,7 +62,7 @@ class Turn(Definition):
 
     task: ClassVar[str] = "turn"
 
-    direction: Literal["left", "right"] = "left"
+    direction: Literal["left", "right"] = _TURN["direction"]
     """Counter-clockwise or clockwise seen from above."""
     yaw_rate_rad_per_s: float = _TURN["yaw_rate_rad_per_s"]
     """ω desired in that direction, rad/s."""
@@ -78,6 +78,7 @@ class Straight(Definition):
 
     task: ClassVar[str] = "straight"
 
+    interval_s: float = _STRAIGHT["interval_s"]
     k_ahead: float = _STRAIGHT["k_ahead"]
     """Weight of the speed along the line, s/m."""
     k_side: float = _STRAIGHT["k_side"]
@@ -92,9 +93,10 @@ class Maze(Definition):
 
     task: ClassVar[str] = "maze"
 
+    interval_s: float = _MAZE["interval_s"]
     episode_s: float = _MAZE["episode_s"]
     observe: Sequence[str] = tuple(_MAZE["observe"])
-    maze: Literal["figure-5.5", "random"] = "figure-5.5"
+    maze: Literal["figure-5.5", "random"] = _MAZE["maze"]
     """The maze of the thesis's figure, or one drawn at random."""
     cell_m: float = _MAZE["cell_m"]
     """Width of the corridors, m."""

@@ -4,6 +4,7 @@ import tempfile
 import webbrowser
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +21,7 @@ class Renderer:
 
     ``rgb_array`` draws the robot as it is. ``human`` keeps the episode and writes it as one page of HTML at ``render``, at the
     episode's end, and where it is broken off by a reset or ``close``; a browser is opened on the first one. The page is
-    ``page_path``, by default in a temporary directory.
+    ``page_path``, by default in a temporary directory, which stays and of which a person is told.
     """
 
     def __init__(
@@ -34,16 +35,17 @@ class Renderer:
         self._size = size
         self._opened = False
         self._over = False
+        self._is_ours = page_path is None
         self._page_path = None if page_path is None else Path(page_path)
         if mode == "human":
             environments.record(index)
 
     @property
-    def page_path(self) -> Path:
-        """Where the page is written."""
-        if self._page_path is None:
+    def page_path(self) -> Path | None:
+        """Where the page is written; None where there is none."""
+        if self._page_path is None and self.mode == "human":
             self._page_path = Path(tempfile.mkdtemp(prefix="scram-")) / "episode.html"
-        return self._page_path
+        return self._page_path if self.mode == "human" else None
 
     def render(self) -> NDArray[np.uint8] | None:
         """A picture, height × width × 3, or the page written anew."""
@@ -65,12 +67,15 @@ class Renderer:
 
     def write_page(self) -> None:
         """Writes the page of the present episode, if it is kept and has begun."""
-        if self.mode != "human":
+        file = self.page_path
+        if file is None:
             return
         page = self._environments.page(self._index, "Episode")
         if page is None:
             return
-        self.page_path.write_text(page, encoding="utf-8")
+        file.write_text(page, encoding="utf-8")
         if not self._opened:
             self._opened = True
-            webbrowser.open(self.page_path.resolve().as_uri())
+            if self._is_ours:
+                gymnasium.logger.warn(f"episodes are shown by {file}, which stays there: page_path=FILE names another place")
+            webbrowser.open(file.resolve().as_uri())

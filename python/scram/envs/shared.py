@@ -13,6 +13,9 @@ from scram.errors import InputError
 #: Seeds are below this: what an array of numbers with a sign holds.
 SEEDS = 2**63
 
+#: What is said to who makes a step without an episode.
+RESET_NEEDED = "no episode has begun: call reset() before step()"
+
 
 def observation_space(environments: Environments) -> spaces.Space[NDArray[np.float32]]:
     """The space of one environment's observations."""

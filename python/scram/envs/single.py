@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 from scram._scram import Environments, Robot
 from scram.envs.definitions import Definition, Maze, Straight, Turn
 from scram.envs.rendering import RENDER_MODES, SIZE, Renderer
-from scram.envs.shared import action_indices, chosen_robot, drawn_seed, observation_space, seed_of
+from scram.envs.shared import RESET_NEEDED, action_indices, chosen_robot, drawn_seed, observation_space, seed_of
 
 Observation = NDArray[np.float32]
 
 
 class RobotEnv(gymnasium.Env[Observation, np.int64]):
-    """A robot and a task. Keyword arguments are the fields of ``definition_type``; ``robot`` is a robot file or its path."""
+    """A robot and a task. Keyword arguments are the fields of ``definition_type``; ``robot`` is a robot file or its path.
+
+    ``render_mode="rgb_array"`` draws pictures of ``render_size`` pixels, ``"human"`` writes the page of an episode to ``page_path``.
+    """
 
     metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 25}  # noqa: RUF012
     definition_type: ClassVar[type[Definition]]
@@ -39,7 +42,7 @@ class RobotEnv(gymnasium.Env[Observation, np.int64]):
         self.render_mode = render_mode
         self._renderer = Renderer(self._environments, 0, render_mode, render_size, page_path)
         self._all = np.ones(1, dtype=np.bool_)
-        self._episode_seed = 0
+        self._episode_seed: int | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Begins the episode of a seed, or without one that of a seed that the last given one draws."""
@@ -51,7 +54,17 @@ class RobotEnv(gymnasium.Env[Observation, np.int64]):
         return self._environments.observations()[0], self._info()
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Holds a frequency for Δt."""
+        """Holds a frequency for Δt.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            No episode has begun.
+        InputError
+            There is no such action.
+        """
+        if self._episode_seed is None:
+            raise gymnasium.error.ResetNeeded(RESET_NEEDED)
         observations, rewards, terminated, truncated = self._environments.step(action_indices(action))
         if terminated[0] or truncated[0]:
             self._renderer.end()
@@ -67,6 +80,11 @@ class RobotEnv(gymnasium.Env[Observation, np.int64]):
     def close(self) -> None:
         """Writes the last episode's page, in ``human`` mode."""
         self._renderer.leave()
+
+    @property
+    def page_path(self) -> Path | None:
+        """Where ``render_mode="human"`` writes its page; None in the other modes."""
+        return self._renderer.page_path
 
     @property
     def shaft_acceleration_rad_per_s2(self) -> float:

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from scram._scram import Environments, Robot
 from scram.envs.definitions import Definition, Maze, Straight, Turn
 from scram.envs.rendering import RENDER_MODES, SIZE, Renderer
-from scram.envs.shared import action_indices, chosen_robot, drawn_seed, observation_space, seed_of
+from scram.envs.shared import RESET_NEEDED, action_indices, chosen_robot, drawn_seed, observation_space, seed_of
 from scram.errors import InputError
 
 Observations = NDArray[np.float32]
@@ -26,7 +27,7 @@ class RobotVectorEnv(VectorEnv[Observations, NDArray[np.int64], NDArray[Any]]):
     """Robots side by side, all with one task.
 
     ``autoreset_mode`` is one of Gymnasium's three and stands in ``metadata["autoreset_mode"]``. ``threads`` is how many advance
-    the robots; 0 for one a core. ``rgb_array`` draws every robot, ``human`` shows the first.
+    the robots; 0 for one a core. ``rgb_array`` draws every robot, ``human`` writes the page of the first to ``page_path``.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012
@@ -61,6 +62,7 @@ class RobotVectorEnv(VectorEnv[Observations, NDArray[np.int64], NDArray[Any]]):
         self.render_mode = render_mode
         shown = range(num_envs if render_mode == "rgb_array" else 1)
         self._renderers = [Renderer(self._environments, i, render_mode, render_size, page_path) for i in shown]
+        self._begun: Flags = np.zeros(num_envs, dtype=np.bool_)
         self._ended: Flags = np.zeros(num_envs, dtype=np.bool_)
         self._episode_seeds: NDArray[np.int64] = np.zeros(num_envs, dtype=np.int64)
         # Of each environment's episodes that nobody named a seed for.
@@ -82,7 +84,17 @@ class RobotVectorEnv(VectorEnv[Observations, NDArray[np.int64], NDArray[Any]]):
         return self._environments.observations(), self._info(mask)
 
     def step(self, actions: NDArray[np.int64]) -> StepResult:
-        """Holds a frequency in each environment for Δt."""
+        """Holds a frequency in each environment for Δt.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            An environment has begun no episode.
+        InputError
+            There is no such action, or not one for each environment.
+        """
+        if not self._begun.all():
+            raise ResetNeeded(RESET_NEEDED)
         begin = self._ended
         if self.autoreset_mode is AutoresetMode.DISABLED and begin.any():
             which = np.flatnonzero(begin).tolist()
@@ -115,6 +127,11 @@ class RobotVectorEnv(VectorEnv[Observations, NDArray[np.int64], NDArray[Any]]):
         """Writes the last episode's page, in ``human`` mode."""
         self._renderers[0].leave()
 
+    @property
+    def page_path(self) -> Path | None:
+        """Where ``render_mode="human"`` writes its page; None in the other modes."""
+        return self._renderers[0].page_path
+
     def _seeds(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
         if seed is None:
             return [None] * self.num_envs
@@ -132,6 +149,7 @@ class RobotVectorEnv(VectorEnv[Observations, NDArray[np.int64], NDArray[Any]]):
         if mask[0]:
             self._renderers[0].leave()
         self._environments.reset(mask, self._episode_seeds)
+        self._begun |= mask
 
     def _next_seed(self, i: int, seed: int | None) -> int:
         """Of the episode that environment i begins: what one environment alone would begin."""
