@@ -8,10 +8,10 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyImportError, PyKeyError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
-use recording::{AngleReading, Drive, ExtraColumn, ReadOptions, Run, Window};
+use recording::{AngleReading, Cells, Drive, ExtraColumn, ReadOptions, Run, Window};
 
 use crate::arguments;
-use crate::errors::{ScramError, failed, unusable_file, wrong_input};
+use crate::errors::{InputError, ScramError, failed, unusable_file, wrong_input};
 use crate::interrupt::interruptible;
 use crate::shared::Shared;
 
@@ -24,7 +24,8 @@ use crate::shared::Shared;
 /// ----------
 /// columns
 ///     A mapping of names to arrays of shape (samples,), or a pandas data frame; NaN where nothing was measured. ``t_s``, ``duty`` or
-///     ``voltage_v`` and ``angle_rad`` or ``adc`` are needed.
+///     ``voltage_v`` and ``angle_rad`` or ``adc`` are needed. Truth values are 0 and 1. Columns of words are what the controller was told
+///     and said (``state``, ``fault``, ``order``), or ignored, and then named in ``notes``.
 /// name
 ///     What messages and reports call it.
 /// metadata
@@ -33,7 +34,7 @@ use crate::shared::Shared;
 /// Raises
 /// ------
 /// InputError
-///     Columns are missing, differ in length, or hold values that no rig measures.
+///     Columns are missing, differ in length or have another shape, or hold words or values that no rig measures.
 ///
 /// Examples
 /// --------
@@ -154,11 +155,22 @@ fn or_nan(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
-/// Of whatever numpy makes an array of numbers of; `None` and masked cells become NaN.
-fn floats(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let numpy = values.py().import("numpy")?;
-    let array: PyReadonlyArray1<'_, f64> = numpy.call_method1("asarray", (values, "float64"))?.extract()?;
-    Ok(array.as_array().to_vec())
+/// A column of whatever numpy makes an array of: numbers where it can, `None` becoming NaN and truth values 0 and 1, otherwise words.
+fn cells(name: &str, values: &Bound<'_, PyAny>) -> PyResult<Cells> {
+    let wrong = |what: String| {
+        let help = "give every column one value a sample, NaN where nothing was measured";
+        InputError::new_err(format!("column `{name}`: {what}\n  help: {help}"))
+    };
+    let asarray = values.py().import("numpy")?.getattr("asarray")?;
+    let array = asarray.call1((values,)).map_err(|error| wrong(error.value(values.py()).to_string()))?;
+    let shape = array.getattr("shape")?;
+    if shape.len()? != 1 {
+        return Err(wrong(format!("it is of shape {shape}, not (samples,)")));
+    }
+    match asarray.call1((&array, "float64")) {
+        Ok(numbers) => Ok(Cells::Numbers(numbers.extract::<PyReadonlyArray1<'_, f64>>()?.as_array().to_vec())),
+        Err(_) => Ok(Cells::Words(array.call_method1("astype", ("U",))?.call_method0("tolist")?.extract()?)),
+    }
 }
 
 fn numbers<'py>(py: Python<'py>, values: impl Iterator<Item = f64>) -> Bound<'py, PyAny> {
@@ -179,8 +191,14 @@ impl Recording {
     ) -> PyResult<Self> {
         let mut given = Vec::new();
         for item in columns.call_method0("items")?.try_iter()? {
-            let (name, values): (String, Bound<'_, PyAny>) = item?.extract()?;
-            given.push((name, floats(&values)?));
+            let (name, values): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
+            let name: String = name.extract().map_err(|_| {
+                InputError::new_err(format!(
+                    "column {name}: its name is no text\n  help: name columns as in docs/recordings.md"
+                ))
+            })?;
+            let cells = cells(&name, &values)?;
+            given.push((name, cells));
         }
         let metadata = metadata.map(pythonize::depythonize).transpose()?.unwrap_or_default();
         let run = interruptible(py, move |_| Run::of_columns(&name, given, metadata))?;
@@ -219,7 +237,21 @@ impl Recording {
         Ok(pythonize::pythonize(py, &self.run.metadata)?)
     }
 
-    /// Figures of a simulated run; empty for one that was read.
+    /// Figures of a simulated run, by the names of ``scram sim --json``, which end in their units; empty for one that was read. None is a
+    /// figure that the run does not have.
+    ///
+    /// Of the last command: ``target_frequency_hz``, ``mean_frequency_hz``, ``phase_rms_deg``, ``settling_s``,
+    /// ``settling_instantaneous_s``, ``acquired_s``, ``estimate_rms_deg``, ``estimate_rms_blind_deg``, ``peak_current_a``,
+    /// ``rms_current_a``, ``energy_j``, ``turning_points_deg``, ``turning_error_median_deg``, ``turning_error_worst_deg``,
+    /// ``strokes_ran_away`` (how many), ``oscillation_frequency_hz``, ``position_rms_deg``. Of the run: ``faults``, what broke and how the
+    /// supervisor answered.
+    ///
+    /// ``walk``, of a robot on the ground, is a dictionary in turn: ``longitudinal_mm_per_s`` ahead and ``lateral_mm_per_s`` to the left,
+    /// ``yaw_deg_per_s`` counter-clockwise, means from ``speeds_from_s`` (the second half) to the run's end in the frame of the start;
+    /// ``displacement_mm`` (ahead, to the left) and ``turned_deg`` from start to end; ``path_mm``, the length of the centroid's path;
+    /// ``module_height_mm`` (lowest and highest centre of a module); ``tilt_deg`` (largest of a module against the vertical);
+    /// ``energy_per_distance_j_per_m`` over the second half; ``contact_share`` (of its time in which the ground carries a foot: left and
+    /// right of module 1, of module 2, …). ``clamped`` stands in its place where a module is clamped: sizes of the feet's paths.
     #[getter]
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(pythonize::pythonize(py, &self.metrics)?)

@@ -3,6 +3,7 @@
 import pickle
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas
@@ -141,11 +142,43 @@ def test_columns_in_memory_are_a_recording_as_a_file_of_them_is(walk: scram.Reco
     assert (scram.read(tmp_path / "made.csv")["adc"] == walk["adc"]).all()
 
 
+def test_a_recordings_own_columns_make_it_again(walk: scram.Recording, tmp_path: Path) -> None:
+    """Words and truth values included, by a mapping, by a data frame, and by the file that pandas writes of one."""
+    walk.to_pandas().to_csv(tmp_path / "run.csv", index=False)
+    mapping = scram.Recording({name: walk[name] for name in walk.columns})
+    for made in (mapping, scram.Recording(walk.to_pandas()), scram.read(tmp_path / "run.csv")):
+        assert made.columns == walk.columns
+        assert made.notes == []
+        for name in walk.columns:
+            assert made[name].dtype.kind == walk[name].dtype.kind
+            np.testing.assert_array_equal(made[name], walk[name], name)
+    frame = pandas.read_csv(tmp_path / "run.csv")
+    assert (scram.Recording(frame)["state"] == walk["state"]).all(), "an empty column of words is one of NaN there"
+
+
+def test_columns_of_words_are_ignored_and_named() -> None:
+    t_s = np.arange(5) * 1e-3
+    columns: dict[str, Any] = {"t_s": t_s, "duty": t_s, "angle_rad": t_s, "enable": t_s > 1e-3, "colour": ["red"] * 5, "warm": t_s > 2e-3}
+    for given in (columns, pandas.DataFrame(columns)):
+        made = scram.Recording(given)
+        assert made.columns == ["t_s", "enable", "duty", "angle_rad", "warm"]
+        assert made["enable"].tolist() == [False, False, True, True, True]
+        assert made["warm"].tolist() == [0.0, 0.0, 0.0, 1.0, 1.0]
+        assert len(made.notes) == 1 and "colour" in made.notes[0]
+    with pytest.raises(scram.InputError, match="column `duty`: it has words, and numbers are expected"):
+        scram.Recording({**columns, "duty": ["much"] * 5})
+
+
 def test_columns_that_are_no_recording_are_refused() -> None:
     t_s = np.arange(5) * 1e-3
     with pytest.raises(scram.InputError, match="no column `angle_rad`"):
         scram.Recording({"t_s": t_s, "duty": t_s})
     with pytest.raises(scram.InputError, match="`t_s` has 5 values, `duty` 4"):
         scram.Recording({"t_s": t_s, "duty": t_s[1:], "angle_rad": t_s})
+    for duty in (np.zeros((5, 2)), 0.5, [[1.0], [1.0, 2.0]]):
+        with pytest.raises(scram.InputError, match="column `duty`"):
+            scram.Recording({"t_s": t_s, "duty": duty, "angle_rad": t_s})
+    with pytest.raises(scram.InputError, match="column 0: its name is no text"):
+        scram.Recording(pandas.DataFrame(np.zeros((5, 3))))
     with pytest.raises(scram.InputError, match="bench-3, entry 2, column `duty`.*7 is outside"):
         scram.Recording({"t_s": t_s, "duty": [0, 7, 0, 0, 0], "angle_rad": t_s}, name="bench-3")

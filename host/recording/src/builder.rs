@@ -403,7 +403,9 @@ impl Builder {
         if let (0, Some(first), Some(last)) = (self.rows, self.first_t, self.last_t) {
             return Err(RecordingError::Format {
                 path: self.path,
-                problem: format!("no sample is within --from and --to: the recording goes from {first} s to {last} s"),
+                problem: format!(
+                    "no sample is within the times that were asked for: the recording goes from {first} s to {last} s"
+                ),
                 help: "choose them within the recording's own time, in s".into(),
             });
         }
@@ -421,7 +423,8 @@ impl Builder {
 impl Kept {
     /// Sentences for people; none when everything was kept.
     pub(super) fn notes(&self) -> Vec<String> {
-        let outside = (self.outside > 0).then(|| format!("{} rows are outside --from and --to", self.outside));
+        let outside =
+            (self.outside > 0).then(|| format!("{} rows are outside --from and --to (from_s and to_s)", self.outside));
         let thinned = (self.stride > 1).then(|| {
             format!(
                 "{} of {} rows were kept to bound memory and time: every {} block of {BLOCK_ROWS} rows",

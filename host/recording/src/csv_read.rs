@@ -71,13 +71,22 @@ fn number(path: &Path, line: u64, column: &str, cell: &[u8]) -> Result<Option<f6
         return Ok(None);
     }
     let text = std::str::from_utf8(cell).map_err(|_| not_utf8(path, line, column))?;
-    let value = text.parse::<f64>().map_err(|_| RecordingError::Cell {
+    let value = number_or_flag(text).ok_or_else(|| RecordingError::Cell {
         place: Place { path: path.to_owned(), row: RowNumber::Line(line) },
         column: column.to_owned(),
         problem: format!("`{}` is not a number", text.chars().take(40).collect::<String>()),
         help: "numbers are written as 0.25 or 2.5e-1; an empty cell is a missing value".into(),
     })?;
     Ok(Some(value))
+}
+
+/// The number in a cell. A truth value is 1 or 0, as in MCAP: data frames write columns of them as words.
+pub(super) fn number_or_flag(cell: &str) -> Option<f64> {
+    match cell {
+        "true" | "True" | "TRUE" => Some(1.0),
+        "false" | "False" | "FALSE" => Some(0.0),
+        number => number.parse().ok(),
+    }
 }
 
 pub(super) fn not_utf8(path: &Path, line: u64, column: &str) -> RecordingError {

@@ -8,6 +8,7 @@ use mcap::records::Record;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer};
 
+use super::csv_read::number_or_flag;
 use super::error::RowNumber;
 use super::mcap_stream::{Choice, Contents, Kind, records};
 use super::telemetry::At;
@@ -40,7 +41,7 @@ pub struct FullRow {
     /// Number of the control period.
     pub tick: Option<u64>,
     /// 1 while the bridge drives.
-    #[serde(deserialize_with = "number_or_flag")]
+    #[serde(deserialize_with = "of_number_or_flag")]
     pub enable: Option<f64>,
     /// Duty, −1 … 1.
     pub duty: Option<f64>,
@@ -76,7 +77,7 @@ pub struct FullRow {
     pub is_radio: bool,
 }
 
-fn number_or_flag<'de, D: Deserializer<'de>>(cell: D) -> Result<Option<f64>, D::Error> {
+fn of_number_or_flag<'de, D: Deserializer<'de>>(cell: D) -> Result<Option<f64>, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]
     enum Cell {
@@ -281,7 +282,7 @@ fn csv_entries(path: &Path, each: &mut dyn FnMut(Entry)) -> Result<(), Recording
 }
 
 fn csv_row<'c>(cell: &impl Fn(&str) -> Option<&'c str>) -> FullRow {
-    let number = |name: &str| cell(name)?.parse::<f64>().ok();
+    let number = |name: &str| number_or_flag(cell(name)?);
     FullRow {
         t_s: number("t_s").unwrap_or_default(),
         time_us: number("time_us"),
@@ -313,5 +314,6 @@ pub(super) fn stated<'c>(cell: &impl Fn(&str) -> Option<&'c str>) -> Option<Stat
     let state: State = find(STATES, cell("state")?)?;
     let fault: Option<Fault> = cell("fault").and_then(|name| find(FAULTS, name));
     let failed_sensor = cell("failed_sensor").and_then(|name| find([Sensor::First, Sensor::Second], name));
-    Some(Stated { state, fault, tracking: cell("tracking") == Some("1"), failed_sensor })
+    let tracking = cell("tracking").and_then(number_or_flag) == Some(1.0);
+    Some(Stated { state, fault, tracking, failed_sensor })
 }

@@ -185,7 +185,7 @@ pub enum RecordingError {
     },
     /// Several robots, and none was chosen.
     #[error("{}: this session has several robots: {}", path.display(), names.join(", "))]
-    #[diagnostic(help("choose one by its name (`scram replay`: --robot-name NAME)"))]
+    #[diagnostic(help("choose one by its name: --robot-name NAME, in Python robot=NAME"))]
     SeveralRobots {
         /// Path of the file, as given.
         path: PathBuf,

@@ -58,6 +58,7 @@ mod words;
 use std::path::{Path, PathBuf};
 
 pub use builder::Kept;
+pub use columns::Cells;
 pub use csv_write::{write_csv, write_csv_run, write_csv_with};
 pub use entries::{Entry, FullRow, entries, entries_with, events};
 pub use error::{Left, Place, RecordingError, RowNumber, does_not_fit, is_disk_full};

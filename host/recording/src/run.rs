@@ -7,6 +7,7 @@ use mcap::records::Record;
 use serde_json::{Map, Value};
 
 use super::builder::Layout;
+use super::csv_read::number_or_flag;
 use super::entries::{event, stated};
 use super::mcap_others::{Others, OthersReader};
 use super::mcap_stream::{Choice, Contents, Kind, records};
@@ -54,7 +55,7 @@ impl Run {
         let mut run = Self { recording: loaded.recording, metadata: loaded.metadata, ..Self::default() };
         run.notes = loaded.notes;
         if loaded.kept.kept == loaded.kept.rows && loaded.kept.outside == 0 {
-            let mut beside = Beside { rows: run.recording.len(), ..Beside::default() };
+            let mut beside = Beside::of(run.recording.len());
             let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
             if is_csv {
                 beside.read_csv(path)?
@@ -84,16 +85,16 @@ impl Run {
 
 /// What stands beside the samples, as it is read.
 #[derive(Default)]
-struct Beside {
+pub(super) struct Beside {
     /// Samples of the recording.
     rows: usize,
     /// Rows that were seen.
-    row: usize,
+    pub(super) row: usize,
     /// In the order in which they were met.
-    columns: Vec<ExtraColumn>,
+    pub(super) columns: Vec<ExtraColumn>,
     index: HashMap<String, usize>,
     /// Columns with a cell that is no number.
-    words: Vec<String>,
+    pub(super) words: Vec<String>,
     stated: Vec<Stated>,
     commands: Vec<LoggedCommand>,
     now: Option<Stated>,
@@ -101,6 +102,11 @@ struct Beside {
 }
 
 impl Beside {
+    /// Of so many samples.
+    pub(super) fn of(rows: usize) -> Self {
+        Self { rows, ..Self::default() }
+    }
+
     /// A cell of the present row.
     fn set(&mut self, name: &str, value: f64) {
         let rows = self.rows;
@@ -117,6 +123,16 @@ impl Beside {
         self.commands.push(LoggedCommand { row: self.row, text, command, repeat, gait });
     }
 
+    /// What the present row of a table says of the controller.
+    pub(super) fn told<'c>(&mut self, cell: &impl Fn(&str) -> Option<&'c str>) {
+        for text in cell("order").into_iter().flat_map(|orders| orders.split(';')).map(str::trim) {
+            // A table has no repeats apart from the text.
+            let repeat = self.commands.last().is_some_and(|last| last.text == text);
+            self.command(text.to_owned(), None, repeat, None);
+        }
+        self.stated.extend(stated(cell));
+    }
+
     fn read_csv(&mut self, path: &Path) -> Result<(), RecordingError> {
         let wrong = |e: csv::Error| RecordingError::Format {
             path: path.to_owned(),
@@ -128,7 +144,7 @@ impl Beside {
         let header = reader.headers().map_err(wrong)?.clone();
         let names: Vec<String> = header.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
         let layout = Layout::of(path, names.clone())?;
-        let further = |index: &usize| layout.columns[*index].is_none() && !TOLD.contains(&names[*index].as_str());
+        let further = |index: &usize| layout.columns[*index].is_none() && !is_told(&names[*index]);
         let further: Vec<usize> = (0..names.len()).filter(further).collect();
         for index in &further {
             // A column that is empty throughout is one all the same.
@@ -136,25 +152,19 @@ impl Beside {
             self.index.insert(names[*index].clone(), self.columns.len() - 1);
         }
         let mut record = csv::StringRecord::new();
-        let mut last = String::new();
         while reader.read_record(&mut record).map_err(wrong)? {
             let cell = |name: &str| {
                 let index = names.iter().position(|column| column == name)?;
                 record.get(index).filter(|cell| !cell.is_empty())
             };
-            for text in cell("order").into_iter().flat_map(|orders| orders.split(';')).map(str::trim) {
-                // The file has no repeats apart from the text.
-                self.command(text.to_owned(), None, text == last, None);
-                text.clone_into(&mut last);
-            }
-            self.stated.extend(stated(&cell));
+            self.told(&cell);
             for index in &further {
                 match record.get(*index).unwrap_or_default() {
                     "" => {}
-                    text => match text.parse() {
-                        Ok(value) => self.set(&names[*index], value),
-                        Err(_) if self.words.contains(&names[*index]) => {}
-                        Err(_) => self.words.push(names[*index].clone()),
+                    text => match number_or_flag(text) {
+                        Some(value) => self.set(&names[*index], value),
+                        None if self.words.contains(&names[*index]) => {}
+                        None => self.words.push(names[*index].clone()),
                     },
                 }
             }
@@ -233,7 +243,7 @@ impl Beside {
     }
 
     /// Sorts what was read into a run.
-    fn give(self, run: &mut Run) {
+    pub(super) fn give(self, run: &mut Run) {
         let Self { columns, words, mut stated, mut commands, others, .. } = self;
         let place = |name: &str| LOGGED.iter().position(|logged| *logged == name);
         let numbers = columns.into_iter().filter(|column| !words.contains(&column.name));
@@ -253,6 +263,11 @@ impl Beside {
             Err(note) => run.notes.push(note),
         }
     }
+}
+
+/// Whether a column says what the controller was told or said.
+pub(super) fn is_told(name: &str) -> bool {
+    TOLD.contains(&name)
 }
 
 /// The members of a JSON object; none where it is not one, which [`load_with`] has refused in a sample.

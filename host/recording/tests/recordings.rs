@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use control::{Command, State};
 use miette::Diagnostic;
 use recording::{
-    AngleReading, Drive, ExtraColumn, LoggedCommand, Metadata, ReadOptions, Recording, RecordingError, Run, RunLog,
-    Stated, load, load_with, write_csv, write_csv_with, write_mcap, write_mcap_with,
+    AngleReading, Cells, Drive, ExtraColumn, LoggedCommand, Metadata, ReadOptions, Recording, RecordingError, Run,
+    RunLog, Stated, load, load_with, write_csv, write_csv_with, write_mcap, write_mcap_with,
 };
 
 fn write(directory: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
@@ -196,11 +196,47 @@ fn cells_that_cannot_be() {
     assert_says(&with("0.001,1,0,inf"), &["line 3", "`angle_rad`", "inf", "leave the cell empty"]);
     assert_says(&with("0.001,1,,0"), &["line 3", "`duty`", "empty"]);
     assert_says(&with("0.001,2,0,0"), &["line 3", "`enable`", "neither 0 nor 1"]);
+    assert_says(&with("0.001,yes,0,0"), &["line 3", "`enable`", "`yes` is not a number"]);
     assert_says(&with("0.001,1,70,0"), &["line 3", "`duty`", "70 is outside -1 … 1", "percent"]);
     assert_says(&with("0.001,1,0;5,0"), &["line 3", "`duty`", "`0;5` is not a number"]);
     assert_says(&with("0.001,1,0"), &["line 3", "3 cells, the header has 4"]);
     assert_says(&refusal("t_s,duty,adc\n0,0,17.5\n"), &["line 2", "`adc`", "17.5"]);
     assert_says(&refusal("t_s,duty,adc,supply_v\n0,0,17,5000\n"), &["`supply_v`", "millivolts"]);
+}
+
+#[test]
+fn truth_values_are_numbers_as_data_frames_write_them() {
+    let directory = tempfile::tempdir().unwrap();
+    let text = "t_s,enable,duty,angle_rad,warm,state,fault,tracking\n\
+                0,True,0,0,False,Idle,,False\n0.001,false,0,0,true,Speed,,True\n0.002,TRUE,0,0,TRUE,Fault,Stall,true\n";
+    let run = Run::load(&write(directory.path(), "run.csv", text), &ReadOptions::default()).unwrap();
+    assert_eq!(run.recording.enable, [true, false, true]);
+    assert_eq!(run.extra, [ExtraColumn { name: "warm".into(), values: vec![Some(0.0), Some(1.0), Some(1.0)] }]);
+    let tracking: Vec<bool> = run.log.stated.iter().map(|stated| stated.tracking).collect();
+    assert_eq!((tracking, run.log.stated[2].fault), (vec![false, true, true], Some(control::Fault::Stall)));
+}
+
+#[test]
+fn columns_in_memory_are_a_run_as_a_file_of_them_is() {
+    let directory = tempfile::tempdir().unwrap();
+    let text = "t_s,enable,duty,angle_rad,lamp_lux,time_us,state,fault,tracking,order,colour\n\
+                0,1,0,0,,0,Idle,,0,freq 7,red\n0.001,0,0.5,,3,1000,Fault,Stall,1,,red\n";
+    let file = Run::load(&write(directory.path(), "run.csv", text), &ReadOptions::default()).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().unwrap();
+    let rows: Vec<Vec<&str>> = lines.collect();
+    let cells = |column: usize| {
+        let numbers = rows.iter().map(|row| if row[column].is_empty() { Ok(f64::NAN) } else { row[column].parse() });
+        let words = || Cells::Words(rows.iter().map(|row| row[column].to_owned()).collect());
+        numbers.collect::<Result<_, _>>().map_or_else(|_| words(), Cells::Numbers)
+    };
+    let columns = |names: &[&str]| names.iter().enumerate().map(|(i, name)| ((*name).to_owned(), cells(i))).collect();
+    let made = Run::of_columns(&file.recording.path, columns(&names), Metadata::default()).unwrap();
+    assert_eq!(made, file);
+    assert_eq!((made.notes.len(), made.log.commands.len(), made.log.stated.len()), (1, 1, 2));
+    let wordy = ["t_s", "enable", "duty", "angle_rad", "lamp_lux", "time_us", "supply_v"];
+    let refused = Run::of_columns(Path::new("bench"), columns(&wordy), Metadata::default()).unwrap_err().to_string();
+    assert_says(&refused, &["bench", "column `supply_v`", "words"]);
 }
 
 #[test]
