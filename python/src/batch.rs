@@ -1,17 +1,20 @@
 //! `scram.simulate_batch`: many robots side by side, as `scram sweep` runs them.
 
+use std::path::Path;
+
 use control::Stroke;
 use hal_sim::body::Precision;
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use simulation::{Drive, DriveCommand, LONGEST_S, Step};
+use simulation::{DriveCommand, LONGEST_S, Step};
 use sweep::{Axis, Campaign, Design, DriveKind, Factor, Measures, PATH_POINTS, Run, RunSettings, SweepError};
 
 use crate::arguments::whole;
 use crate::errors::{InputError, wrong_input};
 use crate::interrupt::interruptible;
 use crate::robot::Robot;
+use crate::simulate::parsed;
 
 /// How the runs of a batch are made.
 #[derive(FromPyObject)]
@@ -40,7 +43,7 @@ pub fn simulate_batch<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let threads = whole("threads", &settings.threads)?;
     let points: Vec<Vec<f64>> = points.as_array().outer_iter().map(|point| point.to_vec()).collect();
-    let design = design(&drives, &paths, points, seeds.as_array().to_vec())?;
+    let design = design(&drives, robot.path(), &paths, points, seeds.as_array().to_vec())?;
     let design = if settings.one_robot { design.clone().with_runs_a_robot(design.seeds.len()) } else { design };
     let shape = (design.points.len(), design.seeds.len());
     let run = run_settings(&settings)?;
@@ -63,7 +66,13 @@ fn run_settings(settings: &Settings<'_>) -> PyResult<RunSettings> {
 }
 
 /// The design of a batch: what the shaft does first, then the paths.
-fn design(drives: &[String], paths: &[String], points: Vec<Vec<f64>>, seeds: Vec<u64>) -> PyResult<Design> {
+fn design(
+    drives: &[String],
+    robot_file: &Path,
+    paths: &[String],
+    points: Vec<Vec<f64>>,
+    seeds: Vec<u64>,
+) -> PyResult<Design> {
     let mut factors = vec![Factor::Frequency, Factor::Swing];
     for path in paths {
         let factor = Factor::parse(path).map_err(|why| InputError::new_err(format!("parameters: `{path}`: {why}")))?;
@@ -75,7 +84,7 @@ fn design(drives: &[String], paths: &[String], points: Vec<Vec<f64>>, seeds: Vec
     }
     let mut whole = Vec::with_capacity(points.len());
     for (point, drive) in points.iter().zip(drives) {
-        whole.push(shaft(drive)?.into_iter().chain(point.iter().copied()).collect::<Vec<f64>>());
+        whole.push(shaft(drive, robot_file)?.into_iter().chain(point.iter().copied()).collect::<Vec<f64>>());
     }
     let axis = |(index, what): (usize, Factor)| Axis { what, values: whole.iter().map(|point| point[index]).collect() };
     let axes = factors.into_iter().enumerate().map(axis).collect();
@@ -83,9 +92,8 @@ fn design(drives: &[String], paths: &[String], points: Vec<Vec<f64>>, seeds: Vec
 }
 
 /// Frequency, Hz, and swing, degrees, of a drive.
-fn shaft(drive: &str) -> PyResult<[f64; 2]> {
-    let parsed = Drive::parse(drive).map_err(|error| wrong_input(&error))?;
-    match parsed.steps.as_slice() {
+fn shaft(drive: &str, robot_file: &Path) -> PyResult<[f64; 2]> {
+    match parsed(drive, robot_file)?.steps.as_slice() {
         [Step { command: DriveCommand::Freq { hz }, .. }] => Ok([*hz, 0.0]),
         [Step { command: DriveCommand::Oscillate { from_deg, to_deg, style: Stroke::BangBang }, .. }]
             if (*from_deg == 0.0) != (*to_deg == 0.0) =>

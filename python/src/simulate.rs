@@ -1,5 +1,7 @@
 //! `scram.simulate`: a run of the firmware's decisions on a simulated robot.
 
+use std::path::Path;
+
 use pyo3::prelude::*;
 use serde_json::{Map, Value};
 use simulation::{Drive, DriveError, LONGEST_S, Place, Plan, Ran, Scheduled, SimError, USUAL_S};
@@ -17,20 +19,27 @@ use crate::robot::Robot;
 /// robot
 ///     One with a body walks, one without turns its shaft.
 /// drive
-///     ``freq:HZ`` (positive clockwise), ``oscillate:FROM..TO`` (degrees), ``position:DEG``, ``duty:SHARE``, or ``script:FILE``.
+///     ``freq:HZ`` (positive clockwise), ``oscillate:FROM..TO`` (degrees), ``position:DEG``, ``duty:SHARE``, ``gait:NAME`` or
+///     ``gait:FILE``, or ``script:FILE``. A gait by its name is looked for in robots/gaits of the working directory, of the robot file's
+///     folder and of the one above.
 /// seconds
-///     Length of the run, s; 2, or what the script says, where nothing is said.
+///     Length of the run, s; 2, or what the script or the gait says, where nothing is said.
 /// seed
-///     Seed of the specimen and of the noise.
+///     Seed of the specimen and of the noise. Different seeds are different specimens of the robot: recordings that are to be
+///     diagnosed together need one seed and different drives.
 /// bench
 ///     The shaft alone, without the body.
 /// faults
-///     What breaks and when, as ``sensor-open@1.0,stall@1.5``.
+///     What breaks and when, s, as ``sensor-open@1.0,stall@1.5``: ``sensor-open``, ``sensor-short-low``, ``sensor-short-high``,
+///     ``sensor-frozen``, ``sensor-noisy``, ``sensor-drifting``, ``adc-saturated``, ``stalled`` (or ``stall``), ``motor-reversed``,
+///     ``motor-open``, ``battery-low``, ``rail-low``, ``link-lost``; of the second of two sensors with ``second-`` before its name.
 /// designed_from
 ///     The robot whose file the controller is designed from, where that is another.
 ///
 /// Raises
 /// ------
+/// MissingFileError
+///     There is no such script or gait.
 /// InputError
 ///     The drive or a fault is not understood, the robot refuses it, or it has no controller.
 /// ScramError
@@ -64,10 +73,7 @@ pub fn simulate(
 }
 
 fn plan(robot: &Robot, drive: &str, seconds: Option<f64>, faults: &str) -> PyResult<Plan> {
-    let drive = Drive::parse(drive).map_err(|error| match &error {
-        DriveError::Io { path, .. } if !path.exists() => MissingFileError::new_err(text(&error)),
-        _ => wrong_input(&error),
-    })?;
+    let drive = parsed(drive, robot.path())?;
     let seconds = seconds.or(drive.end_s.map(|end_s| end_s.min(LONGEST_S))).unwrap_or(USUAL_S);
     if !(seconds > 0.0 && seconds <= LONGEST_S) {
         return Err(InputError::new_err(format!("seconds must be a number above 0 and up to {LONGEST_S}")));
@@ -75,6 +81,15 @@ fn plan(robot: &Robot, drive: &str, seconds: Option<f64>, faults: &str) -> PyRes
     let faults = Scheduled::parse_list_within(faults, seconds).map_err(|error| wrong_input(&error))?;
     Scheduled::check_parts(&faults, robot.robot()).map_err(|error| wrong_input(&error))?;
     Ok(Plan { drive, seconds, faults })
+}
+
+/// A drive of the robot of a file.
+pub fn parsed(drive: &str, robot_file: &Path) -> PyResult<Drive> {
+    Drive::parse_for(drive, Some(robot_file)).map_err(|error| match &error {
+        DriveError::Io { path, .. } if !path.exists() => MissingFileError::new_err(text(&error)),
+        DriveError::NoGait { .. } => MissingFileError::new_err(text(&error)),
+        _ => wrong_input(&error),
+    })
 }
 
 /// What was measured of a run, by the names of `scram sim --json`.

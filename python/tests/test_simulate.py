@@ -60,6 +60,49 @@ def test_a_script_that_is_not_there(robot: scram.Robot) -> None:
         scram.simulate(robot, "script:/nowhere/at/all")
 
 
+def test_a_gait_by_its_name_is_found_beside_the_robot(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for file in (root / "robot.toml", root / "robots" / "thesis.toml"):
+        robot = scram.Robot(file)
+        run = scram.simulate(robot, "gait:turn-right", seconds=0.2)
+        assert run.commands[-1][1] == "gait turn-right"
+        scram.Controller(robot).command("gait turn-right")
+    with pytest.raises(scram.MissingFileError, match=r"(?s)no gait `none`: there is no robots/gaits/none\.toml and no .*turn-right"):
+        scram.simulate(robot, "gait:none")
+    with pytest.raises(scram.MissingFileError, match="no gait `mine.toml`"):
+        scram.simulate(robot, "gait:mine.toml")
+    (tmp_path / "mine.toml").write_text("name = 3\n")
+    with pytest.raises(scram.InputError, match=r"mine\.toml:1: name"):
+        scram.simulate(robot, "gait:mine.toml")
+
+
+def test_the_controllers_time_does_not_go_backwards(robot: scram.Robot) -> None:
+    controller = scram.Controller(robot)
+    sample = {"angle": 2048, "battery": 2600}
+    controller.tick(time_us=1000, **sample)
+    controller.tick(time_us=1000, **sample)
+    with pytest.raises(scram.InputError, match="time_us: 999 is before 1000, the time of the last tick"):
+        controller.tick(time_us=999, **sample)
+    assert controller.telemetry["time_us"] == 1000
+
+
+def test_help_says_what_is_there(robot: scram.Robot) -> None:
+    """Every figure of a walk, every member of the telemetry, every fault, and the forms of a drive."""
+    run = scram.simulate(robot, seconds=0.2)
+    said = scram.Recording.metrics.__doc__ or ""
+    assert all(f"``{name}``" in said for name in (*run.metrics, *run.metrics["walk"]) if name != "clamped")
+    said = scram.Controller.telemetry.__doc__ or ""
+    assert all(f"``{name}``" in said for name in scram.Controller(robot).telemetry)
+    said = scram.simulate.__doc__ or ""
+    with pytest.raises(scram.InputError) as caught:
+        scram.simulate(robot, faults="none@1")
+    faults = str(caught.value).partition("the names are ")[2].split(", ")
+    assert len(faults) > 10 and all(f"``{name.removeprefix('second-')}``" in said for name in faults)
+    assert "gait:NAME" in said and "different specimens" in said
+
+
 def test_the_controller_decides_a_recording_again_bit_for_bit(robot: scram.Robot) -> None:
     run = scram.simulate(robot, "oscillate:-100..100", seconds=1.0, faults="link-lost@0.6")
     controller = scram.Controller(robot)

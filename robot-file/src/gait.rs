@@ -146,10 +146,28 @@ impl GaitFile {
         }
     }
 
+    /// Where the file that a person means may be, the likeliest first: [`Self::path_of`], and for a name also the `robots/gaits` beside the
+    /// robot's file and in the folder above.
+    #[must_use]
+    pub fn places(name_or_path: &str, robot_file: Option<&Path>) -> Vec<PathBuf> {
+        let given = Self::path_of(name_or_path);
+        let is_name = given.starts_with(DIRECTORY) && given != Path::new(name_or_path);
+        let folders = robot_file.into_iter().flat_map(|file| file.ancestors().skip(1).take(2));
+        let beside: Vec<PathBuf> =
+            folders.map(|folder| folder.join(&given)).filter(|place| is_name && *place != given).collect();
+        std::iter::once(given).chain(beside).collect()
+    }
+
     /// Names of the gaits in `robots/gaits`, sorted.
     #[must_use]
     pub fn known() -> Vec<String> {
-        let files = std::fs::read_dir(DIRECTORY).into_iter().flatten().flatten();
+        Self::known_in(Path::new(DIRECTORY))
+    }
+
+    /// Names of the gaits in a folder, sorted; none where there is no such folder.
+    #[must_use]
+    pub fn known_in(folder: &Path) -> Vec<String> {
+        let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let names =
             files.filter_map(|file| file.file_name().into_string().ok()?.strip_suffix(".toml").map(str::to_owned));
         let mut names: Vec<String> = names.collect();

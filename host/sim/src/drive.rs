@@ -169,6 +169,17 @@ pub enum DriveError {
         /// What the operating system said.
         source: std::io::Error,
     },
+    /// There is no such gait.
+    #[error("no gait `{name}`: there is no {}", looked_for.join(" and no "))]
+    #[diagnostic(help("name a gait's file{known}"))]
+    NoGait {
+        /// Its name or path, as given.
+        name: String,
+        /// The files that it might have been.
+        looked_for: Vec<String>,
+        /// What there is instead, as a clause.
+        known: String,
+    },
     /// A gait's file cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -187,12 +198,20 @@ impl Drive {
     /// # Errors
     /// Not one of the forms, or the script has a wrong line.
     pub fn parse(text: &str) -> Result<Self, DriveError> {
+        Self::parse_for(text, None)
+    }
+
+    /// The same for the robot of a file: a gait by its name may be beside that file, too ([`GaitFile::places`]).
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn parse_for(text: &str, robot_file: Option<&Path>) -> Result<Self, DriveError> {
         let (kind, argument) = text.split_once(':').unwrap_or((text, ""));
         if kind == "script" {
-            return Self::load(Path::new(argument));
+            return Self::load(Path::new(argument), robot_file);
         }
         if kind == "gait" && !argument.is_empty() {
-            let file = GaitFile::load(&GaitFile::path_of(argument))?;
+            let file = gait_file(argument, robot_file)?;
             let drive = Self::constant(DriveCommand::Gait(*file.gait()));
             return Ok(Self { end_s: Some(file.length_s()), ..drive });
         }
@@ -201,10 +220,10 @@ impl Drive {
             .map_err(|problem| DriveError::Drive { text: text.to_owned(), problem })
     }
 
-    fn load(path: &Path) -> Result<Self, DriveError> {
+    fn load(path: &Path, robot_file: Option<&Path>) -> Result<Self, DriveError> {
         let text = std::fs::read_to_string(path).map_err(|source| DriveError::Io { path: path.to_owned(), source })?;
         Self::parse_lines(&text, path, &|argument| {
-            let file = GaitFile::load(&GaitFile::path_of(argument)).map_err(|error| error.to_string())?;
+            let file = gait_file(argument, robot_file).map_err(|error| error.to_string())?;
             Ok(DriveCommand::Gait(*file.gait()))
         })
     }
@@ -254,6 +273,19 @@ impl Drive {
         }
         Ok(Self { steps, end_s: (clock_s > 0.0).then_some(clock_s) })
     }
+}
+
+/// The gait that a person means.
+fn gait_file(name: &str, robot_file: Option<&Path>) -> Result<GaitFile, DriveError> {
+    let places = GaitFile::places(name, robot_file);
+    if let Some(file) = places.iter().find(|place| place.exists()) {
+        return Ok(GaitFile::load(file)?);
+    }
+    let folders = places.iter().filter_map(|place| place.parent());
+    let known = folders.map(GaitFile::known_in).find(|names| !names.is_empty()).unwrap_or_else(GaitFile::known);
+    let known = if known.is_empty() { String::new() } else { format!(", or one of {}", known.join(", ")) };
+    let looked_for = places.iter().map(|place| place.display().to_string()).collect();
+    Err(DriveError::NoGait { name: name.to_owned(), looked_for, known })
 }
 
 /// The first word and what comes after it.

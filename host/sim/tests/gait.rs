@@ -4,6 +4,7 @@ use std::path::Path;
 
 use control::State;
 use hal_sim::Settings;
+use miette::Diagnostic;
 use robot_file::Robot;
 use robot_file::gait::GaitFile;
 use simulation::{Drive, DriveCommand, Plan, Step, Trace, run};
@@ -78,6 +79,18 @@ fn a_drive_reads_a_gaits_file_and_a_script_does() {
     assert_eq!(drive.steps[1].command.to_string(), "gait turn");
     for wrong in ["gait", "gait:", "gait:no/such.toml"] {
         assert!(Drive::parse(wrong).is_err(), "{wrong}");
+    }
+    // Of a robot's file the gaits by their names are beside it, too.
+    let gaits = folder.path().join("robots/gaits");
+    std::fs::create_dir_all(&gaits).expect("a folder");
+    std::fs::copy(&file, gaits.join("beside.toml")).expect("a copy");
+    for robot in ["robot.toml", "robots/other.toml"].map(|name| folder.path().join(name)) {
+        let drive = Drive::parse_for("gait:beside", Some(&robot)).expect("a gait beside the robot");
+        assert_eq!(drive.steps[0].command.to_string(), "gait turn");
+        let error = Drive::parse_for("gait:none", Some(&robot)).expect_err("no such gait");
+        let (said, help) = (error.to_string(), error.help().expect("a help").to_string());
+        assert!(said.starts_with("no gait `none`: there is no robots/gaits/none.toml and no "), "{said}");
+        assert!(help.ends_with("or one of beside"), "{help}");
     }
     // A text that comes from elsewhere reads no file.
     let text = format!("gait {}", file.display());

@@ -124,6 +124,15 @@ fn a_file_that_is_not_there_is_named() {
 #[test]
 fn a_name_is_a_gait_of_the_project_and_anything_else_a_path() {
     assert_eq!(GaitFile::path_of("turn-left"), Path::new("robots/gaits/turn-left.toml"));
+    let places = |name, robot| {
+        GaitFile::places(name, robot).into_iter().map(|place| place.display().to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(places("turn-left", None), ["robots/gaits/turn-left.toml"]);
+    // Of a file in the working directory it is the same place, which is looked at once.
+    assert_eq!(places("turn-left", Some(Path::new("robot.toml"))), ["robots/gaits/turn-left.toml"]);
+    let beside = ["robots/gaits/a.toml", "/p/robots/robots/gaits/a.toml", "/p/robots/gaits/a.toml"];
+    assert_eq!(places("a", Some(Path::new("/p/robots/b.toml"))), beside);
+    assert_eq!(places("mine/a.toml", Some(Path::new("/p/robot.toml"))), ["mine/a.toml"]);
     for path in ["turn.toml", "./turn", "out/turn.toml", "/tmp/turn"] {
         assert_eq!(GaitFile::path_of(path), Path::new(path));
     }

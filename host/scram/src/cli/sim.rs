@@ -167,9 +167,11 @@ pub(super) fn tracked(compared: &[Comparison], was: &str, is: &str) -> String {
 impl Run {
     /// Reads the arguments and the robot file.
     pub fn task(&self) -> Result<Task, Failure> {
-        let drive = Drive::parse(&self.drive).map_err(|e| match e {
+        let drive = Drive::parse_for(&self.drive, Some(&self.common.robot)).map_err(|e| match e {
             DriveError::Drive { .. } => Failure::Usage(e.into()),
-            DriveError::Script { .. } | DriveError::Io { .. } | DriveError::Gait(_) => Failure::Failed(e.into()),
+            DriveError::Script { .. } | DriveError::Io { .. } | DriveError::NoGait { .. } | DriveError::Gait(_) => {
+                Failure::Failed(e.into())
+            }
         })?;
         let seconds = self.seconds.or(drive.end_s).unwrap_or(USUAL_S).min(LONGEST_S);
         let faults = Scheduled::parse_list_within(&self.faults, seconds).map_err(|e| Failure::Usage(e.into()))?;
