@@ -5,26 +5,69 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import radians
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from scram import _scram
 from scram._scram import Robot
-from scram.errors import InputError
+from scram.errors import InputError, ScramError
+
+if TYPE_CHECKING:
+    import pandas
 
 Floats = npt.NDArray[np.float64]
+
+#: What is measured of a run, as the fields of a batch are called.
+MEASURES = (
+    "vx_mm_per_s",
+    "vy_mm_per_s",
+    "yaw_deg_per_s",
+    "energy_j",
+    "energy_j_per_m",
+    "mean_f_hz",
+    "front_mm_per_s",
+    "rear_mm_per_s",
+    "roundness",
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Batch:
     """What a batch measured: arrays of shape (points, seeds), NaN where a run has no such number.
 
-    Speeds are means over the second half of a run in the frame of its start: ``vx`` ahead, ``vy`` to the left, ``yaw``
-    counter-clockwise.
+    Attributes
+    ----------
+    drive
+        What the shaft does, one a point.
+    parameters
+        What was varied, by its name: of shape (points,), in the unit at the name's end.
+    seeds
+        Of shape (seeds,).
+    vx_mm_per_s, vy_mm_per_s, yaw_deg_per_s
+        Mean speeds over the second half of a run in the frame of its start: ahead and to the left, mm/s, and counter-clockwise, °/s.
+    energy_j
+        What the bridge took from its supply in that half, J; NaN where the shaft is ideal.
+    energy_j_per_m
+        The same over the way of the centroid, J/m.
+    mean_f_hz
+        Mean frequency of the shaft, Hz, positive clockwise.
+    front_mm_per_s, rear_mm_per_s
+        Way of the first and of the last module over time, mm/s.
+    roundness
+        Short over long axis of the front feet's traces seen from above: 0 a line, 1 a circle.
+    path_mm
+        Centroid over the ground from the start on, mm, shape (points, seeds, times, 2): ahead and to the left.
+    path_s
+        Times of the paths, s, shape (times,).
+    notes
+        What a person should know of a run, as of one that blew up; empty for an ordinary one.
     """
 
+    drive: tuple[str, ...]
+    parameters: Mapping[str, Floats]
+    seeds: npt.NDArray[np.uint64]
     vx_mm_per_s: Floats
     vy_mm_per_s: Floats
     yaw_deg_per_s: Floats
@@ -32,17 +75,34 @@ class Batch:
     energy_j_per_m: Floats
     mean_f_hz: Floats
     front_mm_per_s: Floats
-    """Speed of the first module."""
     rear_mm_per_s: Floats
-    """Speed of the last module."""
     roundness: Floats
-    """Ratio of the axes of the first module's foot traces, 0 … 1."""
     path_mm: Floats
-    """Centroid over the ground from the start on, shape (points, seeds, times, 2)."""
     path_s: Floats
-    """Times of the paths, s."""
     notes: npt.NDArray[np.str_]
-    """What a person should know of a run, as of one that blew up; empty for an ordinary one."""
+
+    def __repr__(self) -> str:
+        points, seeds, times, _ = self.path_mm.shape
+        return f"<scram.Batch of {points} points with {seeds} seeds, paths of {times} times>"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The batch as a data frame, a row for each point and seed: drive, parameters, seed, what was measured, notes; no paths.
+
+        Raises
+        ------
+        ScramError
+            pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise ScramError("pandas is not installed\n  help: pip install 'scram[pandas]'") from error
+        points, seeds = self.notes.shape
+        of_points = {"drive": np.array(self.drive), **self.parameters}
+        rows: dict[str, npt.NDArray[Any]] = {name: np.repeat(values, seeds) for name, values in of_points.items()}
+        rows["seed"] = np.tile(self.seeds, points)
+        rows |= {name: getattr(self, name).ravel() for name in (*MEASURES, "notes")}
+        return pandas.DataFrame(rows)
 
 
 def simulate_batch(
@@ -126,10 +186,12 @@ def simulate_batch(
         "threads": int(threads),
     }
     whole = drives * count if len(drives) == 1 else drives
-    found = _scram.simulate_batch(robot, whole, list(given), points, _seeds(seeds), settings)
+    checked = _seeds(seeds)
+    found = _scram.simulate_batch(robot, whole, list(given), points, checked, settings)
     notes = np.array(found.pop("notes"), dtype=np.str_).reshape(found["vx_mm_per_s"].shape)
     times = np.linspace(0.0, seconds, found["path_mm"].shape[2])
-    return Batch(**found, path_s=times, notes=notes)
+    varied = {path: points[:, column] for column, path in enumerate(given)}
+    return Batch(**found, drive=tuple(whole), parameters=varied, seeds=checked, path_s=times, notes=notes)
 
 
 def _phase_noise(turned_by: str, degrees: float) -> float | None:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from os import PathLike
 from typing import Any, Literal
 
 from scram import _scram
-from scram._paths import loaded
-from scram._scram import Recording, Robot
+from scram._paths import Runs, loaded
+from scram._scram import Robot
 from scram._speeds import Speeds, speeds
 
 Interval = tuple[float, float, float]
@@ -18,42 +17,68 @@ Interval = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """An effect that the model lacks."""
+    """An effect that the model lacks.
+
+    Attributes
+    ----------
+    effect
+        Name as in the robot file's ``[effects.NAME]``.
+    also
+        Effects that these runs cannot tell from it.
+    parameters
+        By key: value, low and high of the interval, 95 % of a shaft and 90 % of a walk, in the unit at the key's end.
+    """
 
     effect: str
-    """Name as in the robot file's ``[effects.NAME]``."""
     also: tuple[str, ...]
-    """Effects that these runs cannot tell from it."""
     parameters: Mapping[str, Interval]
-    """By key: value, low and high of the interval, 95 % of a shaft and 90 % of a walk, in the unit at the key's end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnosis:
-    """What a diagnosis says; in a notebook it shows its report. Errors are in rad, root mean square."""
+    """What a diagnosis says; in a notebook it shows its report.
+
+    Attributes
+    ----------
+    verdict
+        ``nothing``: the model lacks nothing that these runs show; ``explained``: it lacks the ``causes``; ``ambiguous``: it lacks one of
+        several that these runs cannot tell apart; ``unexplained``: it lacks something that is no known effect.
+    causes
+        What it lacks, each a :class:`Cause`; empty where nothing is named.
+    noise_floor_rad
+        Noise of the angle reading, rad, root mean square.
+    before_rad
+        Error of free rollouts on the held-out runs, of the file's model with refitted numbers, rad, root mean square.
+    after_rad
+        The same of the extended model.
+    percent_removed
+        Share of the error above the noise that the causes remove, %: value, low and high of the 95 % interval.
+    next_experiment
+        The experiment that would decide where these runs cannot; None where nothing is left to decide.
+    summary
+        Sentences for people.
+    robot
+        The extended model.
+    rivals
+        Other models that these runs cannot tell from it.
+    html
+        The report: a page that needs nothing else.
+    data
+        Everything that ``scram diagnose --json`` prints.
+    """
 
     verdict: Literal["nothing", "explained", "ambiguous", "unexplained"]
     causes: tuple[Cause, ...]
     noise_floor_rad: float
-    """Noise of the angle reading."""
     before_rad: float
-    """Error of free rollouts on the held-out runs, of the file's model with refitted numbers."""
     after_rad: float
-    """The same of the extended model."""
     percent_removed: Interval
-    """Share of the error above the noise that the causes remove, %: value, low and high of the 95 % interval."""
     next_experiment: str | None
-    """The experiment that would decide where these runs cannot."""
     summary: tuple[str, ...]
-    """Sentences for people."""
     robot: Robot
-    """The extended model."""
     rivals: tuple[Robot, ...] = field(repr=False)
-    """Other models that these runs cannot tell from it."""
     html: str = field(repr=False)
-    """The report: a page that needs nothing else."""
     data: Mapping[str, Any] = field(repr=False)
-    """Everything that ``scram diagnose --json`` prints."""
 
     def _repr_html_(self) -> str:
         return _framed(self.html)
@@ -61,8 +86,8 @@ class Diagnosis:
 
 def diagnose(
     robot: Robot,
-    fit: Iterable[Recording | str | PathLike[str]],
-    holdout: Iterable[Recording | str | PathLike[str]],
+    fit: Runs,
+    holdout: Runs,
     *,
     seed: int = 1,
     also_try: Sequence[str] = (),
@@ -70,14 +95,17 @@ def diagnose(
 ) -> Diagnosis:
     """Compare a robot file with recordings, and name the cause of what it gets wrong.
 
+    All recordings are of one robot in one state. Of simulated ones this means one seed and different drives: another seed of
+    ``simulate`` is another specimen of the robot, with another angle sensor.
+
     Parameters
     ----------
     robot
         The robot as its file describes it.
     fit
-        Recordings, or their files, that numbers are fitted on.
+        Recordings, or their files, that numbers are fitted on; or one of them.
     holdout
-        Recordings that are judged on and never fitted.
+        The same that are judged on and never fitted.
     seed
         Seed of the bootstrap.
     also_try
@@ -116,26 +144,41 @@ class WalkDiagnosis:
 
     Errors are of the held-out conditions, ahead, to the left and in heading: root mean square as a share of the largest speed, ``None``
     where that was not measured.
+
+    Attributes
+    ----------
+    verdict
+        ``nothing``, ``explained``, ``ambiguous`` or ``unexplained``, as of a :class:`Diagnosis`.
+    causes
+        What the model lacks, each a :class:`Cause`; empty where nothing is named.
+    log10_evidence_against_nothing
+        Logarithm of the factor by which the effects raise the evidence. Chance passes 2 in at most one table of a hundred.
+    before
+        Errors of the file's model with refitted numbers.
+    after
+        Errors of the extended model.
+    scatter
+        What repeats alone make of a mean.
+    summary
+        Sentences for people.
+    robot
+        The extended model.
+    html
+        The report: a page that needs nothing else.
+    data
+        Everything that ``scram diagnose --measured … --json`` prints.
     """
 
     verdict: Literal["nothing", "explained", "ambiguous", "unexplained"]
     causes: tuple[Cause, ...]
     log10_evidence_against_nothing: float
-    """Chance passes 2 in at most one table of a hundred."""
     before: tuple[float | None, float | None, float | None]
-    """Of the file's model with refitted numbers."""
     after: tuple[float | None, float | None, float | None]
-    """Of the extended model."""
     scatter: tuple[float | None, float | None, float | None]
-    """What repeats alone make of a mean."""
     summary: tuple[str, ...]
-    """Sentences for people."""
     robot: Robot
-    """The extended model."""
     html: str = field(repr=False)
-    """The report: a page that needs nothing else."""
     data: Mapping[str, Any] = field(repr=False)
-    """Everything that ``scram diagnose --measured … --json`` prints."""
 
     def _repr_html_(self) -> str:
         return _framed(self.html)
@@ -152,6 +195,11 @@ def diagnose_walk(
     threads: int = 0,
 ) -> WalkDiagnosis:
     """Compare the simulated walk of a robot with its measured speeds, and name the cause of what it gets wrong.
+
+    The shaft is taken to turn evenly, unless the robot file has ``eccentric.servo_nm_per_rad`` and ``servo_nm_s_per_rad``. Speeds of
+    ``simulate_batch`` that are to stand for measured ones are therefore made with ``turned_by="ideal"``: what a motor's shaft does within
+    a turn would be blamed on something else. It takes two and a half to five minutes on two cores, and
+    more than nine where no effect explains the speeds.
 
     Parameters
     ----------

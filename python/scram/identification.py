@@ -12,25 +12,37 @@ import numpy as np
 import numpy.typing as npt
 
 from scram import _scram
-from scram._paths import loaded
-from scram._scram import Recording, Robot
+from scram._paths import Run, Runs, loaded
+from scram._scram import Robot
 from scram._speeds import Speeds, speeds
 from scram.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number that was looked for, in the unit at the end of its path."""
+    """A number that was looked for, in the unit at the end of its path.
+
+    Attributes
+    ----------
+    path
+        Dotted path in the robot file.
+    value
+        What was found.
+    low, high
+        Ends of the interval: 95 % of a motor, 90 % of a backbone and of a walk.
+    file
+        What the robot file says; None where it says nothing.
+    told
+        Whether the measurements tell it: of a motor, the interval's ends are at most a factor of 1.3 apart; of a backbone, its axis
+        swings; of a walk, at most half of the width of what the file believes is left. Otherwise it hangs on what is believed.
+    """
 
     path: str
     value: float
     low: float
     high: float
-    """Ends of the interval: 95 % of a motor, 90 % of a backbone and of a walk."""
     file: float | None
-    """What the robot file says."""
     told: bool
-    """Whether the measurements tell it, or it hangs on what is believed."""
 
 
 def _number(path: str, said: Mapping[str, Any]) -> Number:
@@ -38,16 +50,26 @@ def _number(path: str, said: Mapping[str, Any]) -> Number:
     return Number(path, said["value"], said["low"], said["high"], said["file"], said["told"])
 
 
+#: Of every fit, behind what its own documentation says.
+_OF_EVERY_FIT = """robot
+        The robot with what was found.
+    svg
+        A plot; empty where there is none.
+    data
+        Everything that the command prints with ``--json``.
+    """
+
+
 @dataclass(frozen=True, eq=False)
 class _Fit:
     """What every fit has; in a notebook it shows a table and a plot."""
 
     robot: Robot
-    """The robot with what was found."""
     svg: str = field(repr=False)
-    """A plot; empty where there is none."""
     data: Mapping[str, Any] = field(repr=False)
-    """Everything that the command prints with ``--json``."""
+
+    def __init_subclass__(cls) -> None:
+        cls.__doc__ = f"{cls.__doc__ or ''}{_OF_EVERY_FIT}"
 
     def _rows(self) -> list[tuple[str, ...]]:
         return []
@@ -59,13 +81,21 @@ class _Fit:
 
 @dataclass(frozen=True, eq=False)
 class PotentiometerFit(_Fit):
-    """Correction and blind arc of an angle sensor. Angles in degrees."""
+    """Correction and blind arc of an angle sensor.
+
+    Attributes
+    ----------
+    before_rms_deg, after_rms_deg
+        Error of the reading without and with the correction, degrees, root mean square.
+    noise_deg
+        Scatter of one reading, degrees, root mean square.
+    blind_arc_deg
+        Where the blind arc begins and ends, degrees counter-clockwise from the middle of the gap.
+    """
 
     before_rms_deg: float
     after_rms_deg: float
-    """Error of the reading without and with the correction."""
     noise_deg: float
-    """Scatter of one reading."""
     blind_arc_deg: tuple[float, float]
 
     def _rows(self) -> list[tuple[str, ...]]:
@@ -92,10 +122,21 @@ class _NumbersFit(_Fit):
 
 @dataclass(frozen=True, eq=False)
 class MotorFit(_NumbersFit):
-    """A motor's numbers and its friction. Errors are of free rollouts on the held-out runs, rad."""
+    """A motor's numbers and its friction.
+
+    Attributes
+    ----------
+    numbers
+        Each a :class:`Number`: resistance, torque constant, inertias, and those of the friction.
+    friction
+        Effects of friction in the model; empty where these runs show none.
+    noise_rad
+        Noise of the angle reading, rad, root mean square.
+    before_rad, after_rad
+        Error of free rollouts on the held-out runs with the file's numbers and with those found, rad, root mean square.
+    """
 
     friction: tuple[str, ...]
-    """Effects of friction in the model."""
     noise_rad: float
     before_rad: float
     after_rad: float
@@ -103,24 +144,39 @@ class MotorFit(_NumbersFit):
 
 @dataclass(frozen=True, eq=False)
 class BackboneFit(_NumbersFit):
-    """Stiffness and damping of a backbone. Errors by thesis (3.1), rad."""
+    """Stiffness and damping of a backbone.
+
+    Attributes
+    ----------
+    numbers
+        Each a :class:`Number`: stiffness and damping of every hinge.
+    error_rad
+        Error of the fitted runs by thesis (3.1), rad.
+    floor_rad
+        What the noise alone makes of the error, rad.
+    """
 
     error_rad: float
     floor_rad: float
-    """What the noise alone makes of the error."""
 
 
 @dataclass(frozen=True, eq=False)
 class RobotFit(_NumbersFit):
-    """What decides how a robot walks."""
+    """What decides how a robot walks.
+
+    Attributes
+    ----------
+    numbers
+        Each a :class:`Number`, what the speeds tell best first.
+    misfit
+        Deviation of the fitted means over what repeats explain, without a unit; above 1 something is missing, and above 1.5 the intervals
+        are no promise.
+    thesis_loss
+        Thesis (3.2) over all conditions with the file's numbers and with those found; mm/s and °/s are added up as in the thesis.
+    """
 
     misfit: float
-    """Deviation of the fitted means over what repeats explain; above 1 something is missing."""
     thesis_loss: tuple[float, float]
-    """Thesis (3.2) with the file's numbers and with those found."""
-
-
-Run = Recording | str | PathLike[str]
 
 
 def identify_potentiometer(robot: Robot, run: Run, *, second: bool = False) -> PotentiometerFit:
@@ -168,8 +224,8 @@ def identify_potentiometer(robot: Robot, run: Run, *, second: bool = False) -> P
 
 def identify_motor(
     robot: Robot,
-    fit: Iterable[Run],
-    holdout: Iterable[Run],
+    fit: Runs,
+    holdout: Runs,
     *,
     resistance_ohm: float | None = None,
     inertia_kg_m2: float | None = None,
@@ -183,9 +239,9 @@ def identify_motor(
     robot
         The robot as its file describes it.
     fit
-        Recordings, or their files, that numbers are fitted on.
+        Recordings, or their files, that numbers are fitted on; or one of them. Simulated ones are of one seed.
     holdout
-        Recordings that are judged on and never fitted.
+        The same that are judged on and never fitted.
     resistance_ohm, inertia_kg_m2
         Of the winding, and of rotor and load, positive, where they are known to 2 %: without a measured current the scale of torques
         hangs on one of them.
@@ -225,19 +281,30 @@ def identify_motor(
 
 @dataclass(frozen=True, eq=False)
 class Release:
-    """How a backbone's end turns after it is let go."""
+    """How a backbone's end turns after it is let go.
+
+    Attributes
+    ----------
+    name
+        What messages call it.
+    t_s
+        Increasing times, s, shape (n,).
+    angles_rad
+        Rotation about x (torsion), y (stiff) and z (soft) against the pose at rest, rad, shape (n, 3); NaN where missing.
+    """
 
     name: str
     t_s: npt.ArrayLike
-    """Increasing times of shape (n,)."""
     angles_rad: npt.ArrayLike
-    """Rotation about x (torsion), y (stiff) and z (soft) against the pose at rest, shape (n, 3); NaN where missing."""
+
+
+Releases = Release | str | PathLike[str] | Iterable[Release | str | PathLike[str]]
 
 
 def identify_backbone(
     robot: Robot,
-    fit: Iterable[Release | str | PathLike[str]],
-    holdout: Iterable[Release | str | PathLike[str]] = (),
+    fit: Releases,
+    holdout: Releases = (),
     *,
     body: str | None = None,
     base: str | None = None,
@@ -251,7 +318,7 @@ def identify_backbone(
     robot
         A robot with a body.
     fit
-        Oscillations to fit: each a :class:`Release`, or a motion capture's file.
+        Oscillations to fit: each a :class:`Release`, or a motion capture's file; or one of them.
     holdout
         Oscillations that are judged on and never fitted.
     body
@@ -276,10 +343,13 @@ def identify_backbone(
             return (run.name, np.asarray(run.t_s, dtype=np.float64), np.asarray(run.angles_rad, dtype=np.float64))
         return fspath(run)
 
+    def releases(runs: Releases) -> list[str | tuple[str, npt.NDArray[Any], npt.NDArray[Any]]]:
+        return [release(run) for run in ([runs] if isinstance(runs, (Release, str, PathLike)) else runs)]
+
     found = _scram.identify_backbone(
         robot,
-        [release(run) for run in fit],
-        [release(run) for run in holdout],
+        releases(fit),
+        releases(holdout),
         body=body,
         base=base,
         module=module,
@@ -311,6 +381,11 @@ def identify_robot(
     threads: int = 0,
 ) -> RobotFit:
     """Find what of a robot decides how it walks, from its measured speeds (thesis section 3.3).
+
+    The shaft is taken to turn evenly, unless the robot file has ``eccentric.servo_nm_per_rad`` and ``servo_nm_s_per_rad``. Speeds of
+    ``simulate_batch`` that are to stand for measured ones are therefore made with ``turned_by="ideal"``: what a motor's shaft does within
+    a turn would be blamed on something else. It takes two to four minutes on two cores with the usual
+    draws.
 
     Parameters
     ----------

@@ -118,10 +118,16 @@ pub fn samples(
 ) -> PyResult<(Vec<recording::Recording>, Vec<recording::Recording>)> {
     let all: Vec<&Arc<Run>> = fit.iter().chain(holdout).collect();
     for (index, run) in all.iter().enumerate() {
-        if all[..index].iter().any(|other| have_same_samples(other, run)) {
+        if let Some(first) = all[..index].iter().position(|other| have_same_samples(other, run)) {
+            let place = |index: usize| match index.checked_sub(fit.len()) {
+                None => format!("fit[{index}]"),
+                Some(index) => format!("holdout[{index}]"),
+            };
             return Err(InputError::new_err(format!(
-                "{} is there twice\n  help: a model is judged on runs that it was not fitted to: give every run once",
-                run.recording.path.display()
+                "{} is there twice: it is {} and {}\n  help: a model is judged on runs that it was not fitted to: give every run once",
+                named(run),
+                place(first),
+                place(index)
             )));
         }
     }
@@ -129,6 +135,12 @@ pub fn samples(
         runs.iter().map(|run| usable(robot, run).map_err(|error| wrong_input(&error))).collect::<PyResult<_>>()
     };
     Ok((usable(fit)?, usable(holdout)?))
+}
+
+/// What a run is called; a simulated one has no name.
+fn named(run: &Run) -> String {
+    let path = run.recording.path.display().to_string();
+    if path.is_empty() { "a run".to_owned() } else { path }
 }
 
 /// Whether two runs are one, wherever both come from.

@@ -2,6 +2,7 @@
 
 import csv
 import subprocess
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,23 @@ def test_a_batch_measures_what_a_sweep_measures(
         np.testing.assert_array_equal(getattr(batch, name), measured, name)
     assert batch.path_mm.shape == (4, 2, 201, 2) and batch.path_s[-1] == 0.4
     assert np.all(batch.path_mm[:, :, 0] == 0.0) and np.all(np.isfinite(batch.path_mm))
+
+
+def test_a_batch_is_a_data_frame_with_a_row_for_each_point_and_seed(robot: scram.Robot) -> None:
+    friction = np.array([0.6, 0.8])
+    batch = scram.simulate_batch(
+        robot, ["freq:7", "freq:-7"], parameters={"ground.friction": friction}, seeds=[3, 4, 5], seconds=0.2, turned_by="ideal"
+    )
+    assert repr(batch) == "<scram.Batch of 2 points with 3 seeds, paths of 201 times>"
+    frame = batch.to_pandas()
+    assert list(frame["drive"]) == ["freq:7"] * 3 + ["freq:-7"] * 3
+    assert list(frame["ground.friction"]) == [0.6] * 3 + [0.8] * 3
+    assert list(frame["seed"]) == [3, 4, 5] * 2
+    measures = [field.name for field in fields(batch) if getattr(batch, field.name).__class__ is np.ndarray]
+    measures = [name for name in measures if name not in ("seeds", "path_mm", "path_s")]
+    assert list(frame.columns) == ["drive", "ground.friction", "seed", *measures]
+    for name in measures:
+        np.testing.assert_array_equal(frame[name], getattr(batch, name).ravel(), name)
 
 
 def test_threads_change_nothing(robot: scram.Robot) -> None:

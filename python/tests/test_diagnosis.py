@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, fields
 from pathlib import Path
 from typing import Any
 
@@ -44,12 +44,50 @@ def test_a_notebook_shows_the_report(diagnosis: scram.Diagnosis) -> None:
 
 def test_a_run_is_fitted_on_or_judged_by(example: tuple[scram.Robot, list[Path]]) -> None:
     robot, runs = example
-    with pytest.raises(scram.InputError, match="is there twice"):
+    last = len(runs) - 1
+    with pytest.raises(scram.InputError, match=rf"{runs[-1].name} is there twice: it is fit\[{last}\] and holdout\[0\]"):
         scram.diagnose(robot, runs, runs[-1:])
+    walker = scram.Robot("robot.toml")
+    run = scram.simulate(walker, seconds=0.5)
+    with pytest.raises(scram.InputError, match=r"^a run is there twice: it is fit\[0\] and holdout\[0\]"):
+        scram.diagnose(walker, [run], [run])
     with pytest.raises(scram.InputError, match="no recording is held out"):
         scram.diagnose(robot, runs, [])
     with pytest.raises(scram.InputError, match="the effects of a shaft are"):
         scram.diagnose(robot, runs[:-1], runs[-1:], also_try=["gravity"])
+
+
+def test_one_run_is_given_as_it_is(example: tuple[scram.Robot, list[Path]]) -> None:
+    robot, runs = example
+    run = scram.read(runs[0])
+    for one in (run, runs[0], str(runs[0])):
+        for what in (scram.diagnose, scram.identify_motor):
+            with pytest.raises(scram.InputError, match=rf"{runs[0].name} is there twice: it is fit\[0\] and holdout\[0\]"):
+                what(robot, one, one)
+    with pytest.raises(scram.MissingFileError, match=r"none\.csv"):
+        scram.diagnose(robot, "none.csv", run)
+    with pytest.raises(scram.MissingFileError, match=r"none\.csv"):
+        scram.identify_backbone(scram.Robot("robot.toml"), "none.csv")
+
+
+@pytest.mark.parametrize(
+    "result",
+    [
+        scram.BackboneFit,
+        scram.Batch,
+        scram.Cause,
+        scram.Diagnosis,
+        scram.MotorFit,
+        scram.Number,
+        scram.PotentiometerFit,
+        scram.Release,
+        scram.RobotFit,
+        scram.WalkDiagnosis,
+    ],
+)
+def test_help_says_what_every_field_is(result: type) -> None:
+    said = {name.strip() for line in (result.__doc__ or "").splitlines() for name in line.split(",")}
+    assert {field.name for field in fields(result)} <= said
 
 
 def test_a_recording_of_another_rig_is_refused(root: Path, example: tuple[scram.Robot, list[Path]]) -> None:
