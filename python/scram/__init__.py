@@ -4,7 +4,7 @@ Quantities are in the unit at the end of their name. Angles are counter-clockwis
 sensor's gap; a drive's frequency is positive clockwise, as in the thesis.
 
 >>> import scram
->>> robot = scram.Robot("robot.toml", **{"motor.resistance_ohm": 18})
+>>> robot = scram.Robot("robot.toml", **{"motor.resistance_ohm": 17})
 >>> run = scram.simulate(robot, "freq:7", seconds=1, seed=1)
 >>> len(run), run["duty"].dtype
 (1000, dtype('float64'))

@@ -1,8 +1,10 @@
 //! `scram.Robot`: a robot file, checked, with other values of its quantities.
 
+use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use robot_file::edit::Document;
@@ -42,7 +44,8 @@ impl From<&robot_file::robot::Quantity> for Quantity {
 /// path
 ///     The file.
 /// **overrides
-///     Other values of its quantities, by their dotted paths as `scram sim --set` takes them; the file itself is not changed.
+///     Other values of its quantities, by their dotted paths as `scram sim --set` takes them; the file itself is not changed. A value
+///     outside the file's low … high is warned of.
 ///
 /// Raises
 /// ------
@@ -54,9 +57,9 @@ impl From<&robot_file::robot::Quantity> for Quantity {
 /// Examples
 /// --------
 /// >>> import scram
-/// >>> robot = scram.Robot("robot.toml", **{"motor.resistance_ohm": 18})
+/// >>> robot = scram.Robot("robot.toml", **{"motor.resistance_ohm": 17})
 /// >>> robot.quantities["motor.resistance_ohm"].value
-/// 18.0
+/// 17.0
 /// >>> one_of_many = robot.draw(seed=3)
 /// >>> one_of_many.quantities["ground.friction"] == robot.quantities["ground.friction"]
 /// False
@@ -100,6 +103,17 @@ impl Robot {
         Self::of(document, self.path.clone())
     }
 
+    /// Warns of a value that the file thinks implausible, as a sweep does of its axes'.
+    fn warn_outside(&self, py: Python<'_>, path: &str, value: f64) -> PyResult<()> {
+        let Some(Quantity { low, high, .. }) = self.builder.quantity(path).map(Quantity::from) else { return Ok(()) };
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        let what = format!("{path}={value} is outside the {low} … {high} that the robot file thinks plausible");
+        let what = CString::new(what).unwrap_or_default();
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &what, 1)
+    }
+
     fn changed(&self, changed: Result<Document, SettingError>) -> PyResult<Self> {
         self.with(changed.map_err(|error| wrong_input(&error))?)
     }
@@ -117,7 +131,7 @@ fn values(overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, f64)>>
         let path: String = path.extract()?;
         match value.extract::<f64>() {
             Ok(number) if number.is_finite() => Ok((path, number)),
-            _ => Err(InputError::new_err(format!("{path}={value}: not a finite number"))),
+            _ => Err(InputError::new_err(format!("{path}={}: not a finite number", value.repr()?))),
         }
     };
     overrides.iter().map(value).collect()
@@ -180,7 +194,11 @@ impl Robot {
             return Ok(self.clone());
         }
         let values: Vec<(&str, f64)> = values.iter().map(|(path, value)| (path.as_str(), *value)).collect();
-        py.detach(|| self.changed(self.builder.set(&values)))
+        let changed = py.detach(|| self.changed(self.builder.set(&values)))?;
+        for (path, value) in values {
+            self.warn_outside(py, path, value)?;
+        }
+        Ok(changed)
     }
 
     /// A robot whose uncertain numbers are drawn from the file's spreads: uniform from low to high, in the logarithm where high is more than

@@ -106,6 +106,20 @@ def test_wrong_options_say_what_is_wrong(options: list[str], says: str) -> None:
         Sweep(options)
 
 
+def test_no_cluster_at_an_address_is_an_error_in_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ray = peer("ray")
+
+    def init(*_: object, **__: object) -> None:
+        raise ConnectionError("Could not find any running Ray instance.")
+
+    monkeypatch.setattr(ray, "init", init)
+    assert main(["sweep", "--axis", "f=7", "--seconds", "0.2", "--out", str(tmp_path), "--address", "auto"]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("error: no Ray at `auto`: Could not find any running Ray instance.\n  help: start one with `ray start --head`")
+
+
 def test_the_recipe_for_an_array_of_jobs(swept: Path, root: Path, tmp_path: Path) -> None:
     recipe = (root / "docs" / "cluster.md").read_text()
     script = tmp_path / "sweep.sbatch"

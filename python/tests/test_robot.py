@@ -4,6 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,8 @@ def test_overrides_change_what_they_name_and_nothing_else(root: Path, robot: scr
         ({"motor.resistance_ohm": -1.0}, "motor.resistance_ohm=-1"),
         ({"motor.resistance_ohm": float("nan")}, "not a finite number"),
         ({"motor.resistance_ohm": "much"}, "not a finite number"),
+        ({"motor.resistance_ohm": "18"}, "motor.resistance_ohm='18': not a finite number"),
+        ({"alpha": 90.0}, "help: near are backbone.alpha_deg"),
     ],
 )
 def test_a_wrong_override_says_what_to_do(robot: scram.Robot, overrides: dict[str, float], says: str) -> None:
@@ -49,6 +52,25 @@ def test_a_missing_file_is_a_file_not_found_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="no such file") as caught:
         scram.Robot(tmp_path / "none.toml")
     assert isinstance(caught.value, scram.ScramError)
+
+
+def test_an_implausible_override_is_warned_of(root: Path, robot: scram.Robot) -> None:
+    says = r"motor.resistance_ohm=18 is outside the 12.75 … 17.25 that the robot file thinks plausible"
+    for make in (robot.replace, lambda **overrides: scram.Robot(root / "robot.toml", **overrides)):
+        with pytest.warns(UserWarning, match=says) as told:
+            make(**{"motor.resistance_ohm": 18.0, "ground.friction": 0.7})
+        assert len(told) == 1 and told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        robot.replace(**{"motor.resistance_ohm": 17.25})
+
+
+def test_a_table_is_no_robot_file_and_says_so_in_a_few_lines(tmp_path: Path) -> None:
+    table = tmp_path / "run.csv"
+    table.write_text("t_s,duty,adc\n" + "".join(f"{0.001 * i:.3f},1,1000\n" for i in range(2000)))
+    with pytest.raises(scram.InputError, match=r"(?s)run\.csv:1: .*other mistakes: is this a robot file") as caught:
+        scram.Robot(table)
+    assert str(caught.value).count("\n") < 25
 
 
 def test_a_broken_file_says_line_and_field(tmp_path: Path, root: Path) -> None:

@@ -55,8 +55,11 @@ impl fmt::Display for Problem {
     }
 }
 
-/// A robot file that cannot be used, with everything that is wrong with it in the order of the text. `Display` has it
-/// all, a line a problem; as a [`Diagnostic`] it also shows the lines that it speaks of.
+/// Problems that a person is shown: a file of another kind has one in every line.
+const SHOWN: usize = 20;
+
+/// A robot file that cannot be used, with everything that is wrong with it in the order of the text. `Display` has the first
+/// [`SHOWN`], a line a problem, and how many others there are; as a [`Diagnostic`] it also shows the lines that it speaks of.
 #[derive(Clone, thiserror::Error)]
 pub struct RobotFileError {
     problems: Vec<Problem>,
@@ -90,13 +93,16 @@ impl fmt::Debug for RobotFileError {
 
 impl fmt::Display for RobotFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, problem) in self.problems.iter().enumerate() {
+        for (index, problem) in self.problems.iter().take(SHOWN).enumerate() {
             if index > 0 {
                 writeln!(f)?;
             }
             write!(f, "{problem}")?;
         }
-        Ok(())
+        match self.problems.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            others => write!(f, "\n… and {others} other mistakes: is this a robot file?"),
+        }
     }
 }
 
@@ -108,7 +114,7 @@ impl Diagnostic for RobotFileError {
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let shown = self.source_code.as_ref()?.name();
         let here = move |problem: &&Problem| problem.line.is_some() && problem.file == shown;
-        Some(Box::new(self.problems.iter().filter(here).map(|problem| {
+        Some(Box::new(self.problems.iter().take(SHOWN).filter(here).map(|problem| {
             let label = if problem.field.is_empty() { "here" } else { &problem.field };
             LabeledSpan::new_with_span(Some(label.into()), problem.span.clone())
         })))

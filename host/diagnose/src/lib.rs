@@ -152,7 +152,7 @@ pub enum DiagnoseError {
     NothingToFit,
     /// Nothing to judge by.
     #[error("no recording is held out")]
-    #[diagnostic(help("give at least two runs, or name one with --holdout"))]
+    #[diagnostic(help("give at least two runs, and hold one of them out"))]
     NothingHeldOut,
     /// A recording that cannot be used.
     #[error("{run}: {problem}")]

@@ -143,7 +143,9 @@ impl Scheduled {
             None => Ok(list),
             Some(late) => Err(wrong(
                 &format!("{}@{}", late.what.name(), late.at_s),
-                format!("it would never come, for the run ends at {seconds} s: --seconds makes it longer"),
+                format!(
+                    "it would never come, for the run ends at {seconds} s: let it come earlier, or make the run longer"
+                ),
             )),
         }
     }

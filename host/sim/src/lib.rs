@@ -161,7 +161,7 @@ pub enum SimError {
     /// The robot does not do what it is told first.
     #[error("the robot refuses `{command}`: {why}")]
     #[diagnostic(help(
-        "the limits are in [controller] of the robot file, and in what the supply can do: see `scram design`"
+        "the limits are in [controller] of the robot file, and in what its supply and its motor can do"
     ))]
     Refused {
         /// The command, as it was typed.

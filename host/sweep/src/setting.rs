@@ -67,12 +67,12 @@ impl VariantBuilder {
         })
     }
 
-    /// Says which names are near.
+    /// Says which names are near: those that have the given one in them (`alpha`), then those that differ least.
     fn unknown_setting(&self, path: &str) -> SettingError {
-        let mut near: Vec<(usize, &str)> =
-            self.quantities().iter().map(|(known, _)| (distance(path, known), known.as_str())).collect();
-        near.sort();
-        let near: Vec<&str> = near.into_iter().take(PROPOSED).map(|(_, known)| known).collect();
+        let quantities = self.quantities().iter().map(|(known, _)| known.as_str());
+        let mut near: Vec<&str> = quantities.collect();
+        near.sort_by_key(|known| (!known.contains(path), distance(path, known)));
+        near.truncate(PROPOSED);
         SettingError::Unknown { path: path.to_owned(), robot: self.robot().name.clone(), near: near.join(", ") }
     }
 }

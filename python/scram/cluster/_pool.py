@@ -127,7 +127,11 @@ def connected(address: str | None) -> Iterator[None]:
     own = not ray.is_initialized()
     if own:
         dashboard = False if address is None else None
-        ray.init(address or "local", log_to_driver=False, logging_level=logging.ERROR, include_dashboard=dashboard)
+        try:
+            ray.init(address or "local", log_to_driver=False, logging_level=logging.ERROR, include_dashboard=dashboard)
+        except (ConnectionError, RuntimeError, ValueError) as error:
+            help = "start one with `ray start --head`, or leave the address out for this machine alone"
+            raise ScramError(f"no Ray at `{address or 'local'}`: {error}\n  help: {help}") from error
     try:
         yield
     finally:

@@ -375,6 +375,14 @@ fn everything_wrong_is_said_at_once_in_the_order_of_the_text() {
 }
 
 #[test]
+fn of_many_problems_the_first_are_shown_and_the_others_counted() {
+    let table: String = (0..2000).map(|row| format!("{row},1,0.5\n")).collect();
+    let said = Robot::parse(&table, "run.csv").expect_err("a table").to_string();
+    assert!(said.starts_with("run.csv:1: "), "{said}");
+    assert!(said.lines().count() <= 21 && said.ends_with("other mistakes: is this a robot file?"), "{said}");
+}
+
+#[test]
 fn the_diagnostic_shows_the_line() {
     let error = Robot::parse(&BENCH.replace("value = 15.0", "value = 15000"), "bench.toml").unwrap_err();
     let mut shown = String::new();

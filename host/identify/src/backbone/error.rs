@@ -12,7 +12,7 @@ pub enum BackboneError {
     Nothing,
     /// The robot file has no such backbone.
     #[error("{0}")]
-    #[diagnostic(help("name the right file with --robot, and the module at the backbone's end with --module"))]
+    #[diagnostic(help("name the right robot file, and the module at the backbone's end"))]
     Robot(String),
     /// A recording that cannot be used.
     #[error("{run}: {problem}")]

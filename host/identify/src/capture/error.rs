@@ -31,7 +31,7 @@ pub enum CaptureError {
     },
     /// A body that is points only.
     #[error("{}: `{body}` has no orientation", path.display())]
-    #[diagnostic(help("name a rigid body with --body; points alone have no orientation"))]
+    #[diagnostic(help("name a rigid body; points alone have no orientation"))]
     NoOrientation {
         /// The file.
         path: PathBuf,
@@ -48,7 +48,7 @@ pub enum CaptureError {
     },
     /// There are several.
     #[error("which body? There are {names}")]
-    #[diagnostic(help("name one with --body"))]
+    #[diagnostic(help("name one of them: --body NAME, in Python body=NAME"))]
     WhichBody {
         /// What there is.
         names: String,

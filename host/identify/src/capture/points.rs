@@ -31,13 +31,17 @@ pub fn tracker(cells: &Cells, options: &Options) -> Result<Vec<Body>, CaptureErr
 /// Reads DeepLabCut's CSV: pixels, y downwards, frames without times.
 pub fn deep_lab_cut(cells: &Cells, options: &Options) -> Result<Vec<Body>, CaptureError> {
     let Some(rate) = options.rate_hz.filter(|rate| *rate > 0.0) else {
-        return Err(cells.wrong(0, "", "DeepLabCut's files have no times: say the frame rate with --rate".into()));
+        return Err(cells.wrong(
+            0,
+            "",
+            "DeepLabCut's files have no times: say the frame rate with --rate, in Python rate_hz".into(),
+        ));
     };
     let Some(metres) = options.metres.filter(|scale| *scale > 0.0) else {
         return Err(cells.wrong(
             0,
             "",
-            "DeepLabCut's files are in pixels: say how many mm one is with --mm-per-unit".into(),
+            "DeepLabCut's files are in pixels: say how many mm one is with --mm-per-unit, in Python mm_per_unit".into(),
         ));
     };
     let (names, headings) = (cells.row(1), cells.row(2));

@@ -15,7 +15,11 @@ pub fn bodies(cells: &Cells, options: &Options) -> Result<Vec<Body>, CaptureErro
     let value = |key: &str| cells.beginning_with(key).and_then(|row| cells.row(row).get(1).cloned());
     let rate = value("FREQUENCY").and_then(|text| text.parse::<f64>().ok()).or(options.rate_hz);
     let Some(rate) = rate.filter(|rate| *rate > 0.0) else {
-        return Err(cells.wrong(0, "", "there is no FREQUENCY: say the frame rate with --rate".into()));
+        return Err(cells.wrong(
+            0,
+            "",
+            "there is no FREQUENCY: say the frame rate with --rate, in Python rate_hz".into(),
+        ));
     };
     let Some(names) = cells.beginning_with("BODY_NAMES").map(|row| cells.row(row)[1..].to_vec()) else {
         return Err(cells.wrong(0, "", "there is no BODY_NAMES: export 6D data, not trajectories".into()));

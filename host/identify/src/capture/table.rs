@@ -55,7 +55,11 @@ pub(super) fn body(cells: &Cells, options: &Options) -> Result<Body, CaptureErro
         ));
     }
     if time.is_none() && options.rate_hz.is_none() {
-        return Err(cells.wrong(0, "t_s", "there is no time: name its column (--map t_s=COLUMN) or say --rate".into()));
+        return Err(cells.wrong(
+            0,
+            "t_s",
+            "there is no time: name its column (--map t_s=COLUMN) or say --rate, in Python rate_hz".into(),
+        ));
     }
     let mut body = Body::named(String::new());
     for (index, (row, _)) in cells.from(1).enumerate() {

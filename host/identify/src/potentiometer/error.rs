@@ -8,9 +8,7 @@ use thiserror::Error;
 pub enum PotentiometerError {
     /// The robot file has no potentiometer.
     #[error("the robot file's [sensor] is {kind}, which has nothing to correct")]
-    #[diagnostic(help(
-        "set [sensor] kind = \"potentiometer\" with its [sensor.adc], or name the right file with --robot"
-    ))]
+    #[diagnostic(help("set [sensor] kind = \"potentiometer\" with its [sensor.adc], or name the right robot file"))]
     NoPotentiometer {
         /// `kind` in the file.
         kind: &'static str,
@@ -26,7 +24,7 @@ pub enum PotentiometerError {
     },
     /// The robot has one sensor.
     #[error("the robot file has no [sensor.second]")]
-    #[diagnostic(help("leave `--sensor second` out, or name the right file with --robot"))]
+    #[diagnostic(help("take the first sensor, or name the right robot file"))]
     NoSecond,
     /// A code that this converter cannot give.
     #[error("{run}: sample {sample} (t_s = {t_s}): code {code} is above full scale ({top}) of sensor.adc.bits")]
