@@ -76,10 +76,12 @@ fn fields<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(given: &Bound<'py, PyAn
     let py = given.py();
     given.extract().map_err(|error: PyErr| {
         // The error is of the field, `failed to extract field Given.observe`, and its cause of the value.
+        let Some(cause) = error.cause(py) else { return error };
         let said = error.value(py).to_string();
         let field = said.rsplit('.').next().unwrap_or_default();
-        let why = error.cause(py).map_or_else(String::new, |cause| cause.value(py).to_string());
-        InputError::new_err(format!("{field}: {why}\n  help: where there may be several, give a list, also of one"))
+        let help =
+            "the fields of scram.envs.Definition say what each is; several values, also one of several, are a list";
+        InputError::new_err(format!("{field}: {}\n  help: {help}", cause.value(py)))
     })
 }
 

@@ -15,7 +15,9 @@ use crate::simulate::parsed;
 #[pyclass(frozen, eq, get_all, module = "scram")]
 #[derive(Clone, PartialEq)]
 pub struct Actuation {
+    /// −1 … 1, positive turns counter-clockwise.
     duty: f32,
+    /// Whether the bridge drives; otherwise the shaft coasts.
     enable: bool,
 }
 

@@ -167,7 +167,7 @@ fn cells(name: &str, values: &Bound<'_, PyAny>) -> PyResult<Cells> {
     if shape.len()? != 1 {
         return Err(wrong(format!("it is of shape {shape}, not (samples,)")));
     }
-    match asarray.call1((&array, "float64")) {
+    match asarray.call1((values, "float64")) {
         Ok(numbers) => Ok(Cells::Numbers(numbers.extract::<PyReadonlyArray1<'_, f64>>()?.as_array().to_vec())),
         Err(_) => Ok(Cells::Words(array.call_method1("astype", ("U",))?.call_method0("tolist")?.extract()?)),
     }

@@ -17,9 +17,13 @@ use crate::errors::{InputError, failed, unusable_file, wrong_input};
 #[pyclass(frozen, eq, get_all, module = "scram")]
 #[derive(Clone, PartialEq)]
 pub struct Quantity {
+    /// In the unit at the end of its path.
     value: f64,
+    /// Lower end of the plausible range, in the same unit.
     low: f64,
+    /// Upper end.
     high: f64,
+    /// Where it comes from, for people.
     source: String,
 }
 

@@ -240,7 +240,7 @@ def test_another_robot_file(root: Path) -> None:
     [
         ({"drive": "magic"}, "drive: there is no `magic`"),
         ({"observe": ("pose", "smell")}, "observe: there is no `smell`"),
-        ({"observe": "pose"}, "observe: .*`str`.*\n  help: where there may be several, give a list"),
+        ({"observe": "pose"}, "observe: .*`str`.*\n  help: .*also one of several, are a list"),
         ({"interval_s": "much"}, "interval_s: .*number"),
         ({"yaw_rate_rad_per_s": "much"}, "yaw_rate_rad_per_s: .*number"),
         ({"robot": "robots/bench-linear.toml"}, r"has no \[body\].*\n  help: name the robot file of a robot with \[body\]"),

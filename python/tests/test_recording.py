@@ -23,7 +23,7 @@ def test_what_is_read_is_what_was_written_and_is_written_the_same(
 ) -> None:
     walk.write(tmp_path / name)
     read = scram.read(tmp_path / name)
-    assert set(read.columns) == set(walk.columns)
+    assert read.columns == walk.columns
     for column in walk.columns:
         assert read[column].dtype == walk[column].dtype
         np.testing.assert_array_equal(read[column], walk[column], column)
@@ -70,7 +70,7 @@ def test_a_recording_survives_a_pickle(walk: scram.Recording, tmp_path: Path) ->
     made = scram.Recording(numbers, name="bench", metadata={"robot": "scram-26"})
     for run in (walk, scram.read(tmp_path / "run.csv"), part, noted, made):
         again = pickle.loads(pickle.dumps(run))
-        assert set(again.columns) == set(run.columns)
+        assert again.columns == run.columns
         for column in run.columns:
             np.testing.assert_array_equal(again[column], run[column], column)
         for name in ("commands", "metadata", "metrics", "notes"):

@@ -23,6 +23,8 @@ use super::{ExtraColumn, LoggedCommand, Metadata, Recording, RecordingError, Run
 pub(super) const SAMPLE_TOPIC: &str = "/sample";
 /// Topic of the extra columns.
 const EXTRA_TOPIC: &str = "/simulation";
+/// Key of a channel's metadata: its columns in their order, with commas between them. The members of a message have none.
+pub(super) const COLUMNS_KEY: &str = "columns";
 /// Name of the metadata record.
 pub(super) const METADATA_NAME: &str = "run";
 
@@ -244,8 +246,10 @@ fn channel<'a, W: std::io::Write + std::io::Seek>(
     name: &str,
     columns: impl Iterator<Item = &'a str>,
 ) -> mcap::McapResult<u16> {
+    let columns: Vec<&str> = columns.collect();
     let properties: Map<String, Value> = columns
-        .map(|column| {
+        .iter()
+        .map(|&column| {
             let kind = match column {
                 "t_s" | "duty" | "voltage_v" | "supply_v" => json!({ "type": "number" }),
                 "enable" => json!({ "type": "integer" }),
@@ -257,7 +261,8 @@ fn channel<'a, W: std::io::Write + std::io::Seek>(
         .collect();
     let schema = json!({ "title": name, "type": "object", "properties": properties });
     let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
-    writer.add_channel(schema, topic, "json", &BTreeMap::new())
+    let about = BTreeMap::from([(COLUMNS_KEY.to_owned(), columns.join(","))]);
+    writer.add_channel(schema, topic, "json", &about)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::csv_read::number_or_flag;
 use super::entries::{event, stated};
 use super::mcap_others::{Others, OthersReader};
 use super::mcap_stream::{Choice, Contents, Kind, records};
-use super::mcap_write::Written;
+use super::mcap_write::{COLUMNS_KEY, Written};
 use super::telemetry::At;
 use super::{
     ExtraColumn, LoggedCommand, Metadata, ReadOptions, RecordedEvent, Recording, RecordingError, RunLog, Scene,
@@ -99,6 +99,8 @@ pub(super) struct Beside {
     commands: Vec<LoggedCommand>,
     now: Option<Stated>,
     others: OthersReader,
+    /// Columns in the order in which they were written, where the file says it.
+    order: Vec<String>,
 }
 
 impl Beside {
@@ -180,6 +182,10 @@ impl Beside {
         records(path, None, &mut |record: Record<'_>| {
             contents.learn(path, &record)?;
             self.others.learn(&record);
+            if let Record::Channel(channel) = &record {
+                let columns = channel.metadata.get(COLUMNS_KEY).into_iter().flat_map(|columns| columns.split(','));
+                self.order.extend(columns.map(str::to_owned));
+            }
             if let (Some(topic), Record::Message { header, data }) = (contents.other(&record), &record) {
                 if choice.concerns(topic) || choice.is_unnamed() {
                     self.others.message(header, data);
@@ -244,7 +250,8 @@ impl Beside {
 
     /// Sorts what was read into a run.
     pub(super) fn give(self, run: &mut Run) {
-        let Self { columns, words, mut stated, mut commands, others, .. } = self;
+        let Self { mut columns, words, mut stated, mut commands, others, order, .. } = self;
+        columns.sort_by_key(|column| order.iter().position(|name| *name == column.name).unwrap_or(usize::MAX));
         let place = |name: &str| LOGGED.iter().position(|logged| *logged == name);
         let numbers = columns.into_iter().filter(|column| !words.contains(&column.name));
         let (mut logged, extra): (Vec<_>, Vec<_>) = numbers.partition(|column| place(&column.name).is_some());

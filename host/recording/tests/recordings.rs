@@ -122,7 +122,8 @@ fn a_whole_run_is_read_back_and_written_the_same() {
         let (path, again) = (directory.path().join(name), directory.path().join(format!("again-{name}")));
         let run = Run {
             recording: Recording { path: path.clone(), ..awkward(100, true) },
-            extra: vec![column("estimate_angle_rad", None), column("lamp_lux", Some(0.5))],
+            // Not in the order of their names.
+            extra: vec![column("lamp_lux", Some(0.5)), column("estimate_angle_rad", None)],
             log: RunLog {
                 numbers: vec![column("time_us", Some(0.0)), column("battery_adc", Some(2000.0))],
                 stated: (0..100).map(stated).collect(),
