@@ -40,7 +40,7 @@ CALLS = {
     "reset": Call("envs.reset(seed=1)", "envs = scram.envs.TurnVectorEnv(600, randomize=1.0)", told=False),
     "step": Call(
         "envs.step(np.zeros(8, dtype=int))",
-        "envs = scram.envs.TurnVectorEnv(8, interval_s=400.0, episode_s=800.0)",
+        "envs = scram.envs.TurnVectorEnv(8, interval_s=400.0, episode_s=800.0); envs.reset(seed=1)",
         told=False,
     ),
     "Sweep": Call("Sweep(many)", told=False),
