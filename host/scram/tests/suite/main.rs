@@ -7,6 +7,7 @@ mod book;
 mod calibrate;
 mod cli;
 mod design_experiment;
+mod diagnose;
 mod diagnose_walk;
 mod engine;
 mod export;
