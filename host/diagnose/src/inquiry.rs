@@ -36,6 +36,10 @@ const ALIKE: f64 = 1.6;
 /// Noise that remembers leaves at most this many times its fast scatter (mean square): what leaves more is no noise of a sensor.
 const REMEMBERED: f64 = 6.25;
 
+/// Up to so many floors a misfit may be one of the numbers that the fit runs leave open; a larger one makes the fit know less of them than
+/// they tell.
+const SMALL: f64 = 1.2;
+
 /// A friction that is even around the shaft leaves at most this share of its rest to a curve over the angle.
 const AROUND: f64 = 0.02;
 
@@ -161,7 +165,8 @@ impl<'a> Inquiry<'a> {
         // What is far off may lie where a linear look from the refitted model sees nothing of what is missing.
         let too_much = found.baseline.mean_square() > REMEMBERED * found.session.noise;
         let mut alarm = found.rest.alarm() || too_much || found.selection().any_explains();
-        if alarm && !too_much {
+        let is_small = found.baseline.mean_square() <= SMALL * SMALL * found.session.noise;
+        if alarm && is_small {
             found.is_of_open_numbers = self.is_of_open_numbers(&found);
             alarm = !found.is_of_open_numbers;
         }

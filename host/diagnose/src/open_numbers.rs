@@ -60,12 +60,19 @@ mod tests {
         let runs = Rig::off().runs(3);
         let (mut session, fit) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
         let truth = judged(&mut session, fit);
+        let held_out = Data { tracks: &session.held_out, sigma: session.noise.sqrt(), sigma_current: None };
+        let curvature = curvature(&session, &held_out, &truth);
         let spread = truth.fit.covariance.clone().symmetric_eigen();
-        let widest = spread.eigenvalues.imax();
+        // The one of the axes of what is known along which the held-out rollouts move most; along that of the scale of torques they hardly do.
+        let moved = |axis: &usize| {
+            let along = spread.eigenvectors.column(*axis);
+            spread.eigenvalues[*axis] * along.dot(&(&curvature * along))
+        };
+        let axis = (0..spread.eigenvalues.len()).max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap();
         let away = |deviations: f64| {
             let mut fit = truth.fit.clone();
-            let length = deviations * spread.eigenvalues[widest].sqrt();
-            for (at, along) in fit.coordinates.iter_mut().zip(spread.eigenvectors.column(widest).iter()) {
+            let length = deviations * spread.eigenvalues[axis].sqrt();
+            for (at, along) in fit.coordinates.iter_mut().zip(spread.eigenvectors.column(axis).iter()) {
                 *at += length * along;
             }
             explain(&session, &Candidate::of(&session, fit, true), truth.mean_square(), 1)
