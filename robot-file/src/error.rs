@@ -59,7 +59,7 @@ impl fmt::Display for Problem {
 const SHOWN: usize = 20;
 
 /// A robot file that cannot be used, with everything that is wrong with it in the order of the text. `Display` has the first
-/// [`SHOWN`], a line a problem, and how many others there are; as a [`Diagnostic`] it also shows the lines that it speaks of.
+/// twenty, a line a problem, and how many others there are; as a [`Diagnostic`] it also shows the lines that it speaks of.
 #[derive(Clone, thiserror::Error)]
 pub struct RobotFileError {
     problems: Vec<Problem>,
