@@ -148,9 +148,9 @@ pub fn limits(model: &FileModel, screen: &Screen, named: &[Id]) -> Vec<Limit> {
             _ if named.iter().any(|named| *named == id || named.contains(id)) => {}
             // Of two shapes, what the less visible one allows.
             Some(known) => {
-                for (key, at_most) in &mut known.at_most {
-                    let other = limit.at_most[key];
-                    *at_most = at_most.zip(other).map(|(a, b)| a.max(b));
+                for (key, other) in limit.at_most {
+                    let larger = |at_most: &mut Option<f64>| *at_most = at_most.zip(other).map(|(a, b)| a.max(b));
+                    known.at_most.entry(key).and_modify(larger).or_insert(other);
                 }
                 known.chance = known.chance.min(limit.chance);
                 known.would_show &= limit.would_show;
@@ -164,14 +164,22 @@ pub fn limits(model: &FileModel, screen: &Screen, named: &[Id]) -> Vec<Limit> {
 fn limit(model: &FileModel, id: Id, screened: &Screened) -> Limit {
     let free = model.with(&[id], 0);
     let of = |number: Number| free.iter().find(|one| one.number == number);
-    let at = |share: f64| {
+    // `negative` of those that may be.
+    let at = |share: f64, negative: f64| {
         let value = |number| {
             let (_, limit) = screened.limits.iter().find(|(one, _)| *one == number)?;
-            Some(of(number)?.number(share * limit.min(1e9)))
+            let one = of(number)?;
+            let sign = if one.low < 0.0 { negative } else { 1.0 };
+            Some(one.number(sign * share * limit.min(1e9)))
         };
         model.values(&[id], value).remove(&id).unwrap_or_default()
     };
-    let (absent, largest) = (at(0.0), at(1.0));
+    let absent = at(0.0, 1.0);
+    let ends = id.spec().parameters.iter().zip(at(1.0, 1.0).into_iter().zip(at(1.0, -1.0)));
+    // An angle is another one there, not a larger one.
+    let largest: Vec<f64> = ends
+        .map(|(key, (plus, minus))| if key.in_degrees() || plus.abs() >= minus.abs() { plus } else { minus })
+        .collect();
     let unknown = screened.limits.iter().any(|(_, limit)| !limit.is_finite());
     let keys = id.spec().parameters.iter().zip(absent.iter().zip(&largest));
     let at_most = keys
@@ -240,4 +248,32 @@ pub fn of_effect(parameters: &[FittedParameter], effect: Id) -> BTreeMap<String,
         .iter()
         .filter_map(|one| one.path.strip_prefix(&prefix).map(|key| (key.to_owned(), [one.value, one.low, one.high])))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Options;
+    use super::super::session::Session;
+    use super::super::tests::{Rig, bench};
+    use super::*;
+
+    #[test]
+    fn what_may_lean_either_way_is_limited_both_ways() {
+        let runs = Rig::off().runs(3);
+        let (session, _) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
+        let id = Id::of("directional_friction").unwrap();
+        let limits = [("sliding_torque", 1.0), ("friction_lean", 2.0)];
+        let screened = Screened {
+            direction: Direction::Effect(id, 0),
+            promised: 0.0,
+            by_accident: 0.0,
+            chance: 1.0,
+            family_chance: 1.0,
+            limits: limits.map(|(name, limit)| (Number::OfEffect(name), limit)).to_vec(),
+            dose: None,
+        };
+        let at_most = limit(&session.model, id, &screened).at_most;
+        assert!(at_most["forward_nm"].is_some_and(|torque| torque > 0.0), "{at_most:?}");
+        assert_eq!(at_most["forward_nm"], at_most["backward_nm"]);
+    }
 }
