@@ -291,6 +291,34 @@ fn a_size_that_only_its_shape_leaves_open_is_a_size() {
 }
 
 #[test]
+fn what_the_file_has_already_is_no_size_of_what_contains_it() {
+    let coulomb = "[effects.coulomb_friction]\n\
+         torque_nm = { value = 1e-4, low = 1e-4, high = 1e-4, source = \"test\" }\n\
+         presliding_deg = { value = 0.2, low = 0.2, high = 0.2, source = \"test\" }\n";
+    let model = FileModel::new(&edited(|text| text + coulomb).robot().unwrap());
+    for (name, own) in [("stribeck_friction", "breakaway_excess"), ("directional_friction", "friction_lean")] {
+        let id = Id::of(name).unwrap();
+        let mut fit = Fit::begin(&model, &[id], 0, Vec::new());
+        fit.covariance = DMatrix::identity(fit.free.len(), fit.free.len()) * 1e-6;
+        let own = fit.free.iter().position(|one| one.number == Number::OfEffect(own)).unwrap();
+        fit.coordinates[own] = 0.0;
+        assert!(!fit.has_size(&model, id) && !fit.has_size_in_its_shape(&model, id), "{name}");
+        fit.coordinates[own] = 1.0;
+        assert!(fit.has_size(&model, id), "{name}");
+    }
+}
+
+#[test]
+fn a_spring_is_there_whatever_is_known_of_the_drag_on_its_load() {
+    let (model, spring) = (FileModel::new(&bench()), Id::of("shaft_compliance").unwrap());
+    let mut fit = Fit::begin(&model, &[spring], 0, Vec::new());
+    fit.covariance = DMatrix::identity(fit.free.len(), fit.free.len()) * 1e-6;
+    let drag = fit.free.iter().position(|one| one.number == Number::OfEffect("load_drag_share")).unwrap();
+    fit.covariance[(drag, drag)] = 100.0;
+    assert!(fit.has_size(&model, spring));
+}
+
+#[test]
 fn where_nothing_is_missing_no_curve_is_drawn() {
     assert_eq!(diagnosed(&Rig::off(), 3).missing_terms, []);
 }
