@@ -215,13 +215,19 @@ impl Fit {
         self.plant_at(model, &self.coordinates)
     }
 
-    /// The model with numbers drawn from what the fit knows of them, so many standard deviations as wide, again and again.
-    pub fn drawn_plants(&self, model: &FileModel, share: f64, random: &mut Pcg64Mcg) -> impl Iterator<Item = Plant> {
+    /// How far the numbers' coordinates may be off, drawn from what the fit knows of them, again and again.
+    pub fn drawn_offsets(&self, random: &mut Pcg64Mcg) -> impl Iterator<Item = DVector<f64>> {
         let spread = self.covariance.clone().symmetric_eigen();
         let deviations = spread.eigenvalues.map(|variance| variance.max(0.0).sqrt());
         std::iter::repeat_with(move || {
             let along = deviations.map(|deviation| deviation * random.sample::<f64, _>(StandardNormal));
-            let off = &spread.eigenvectors * along;
+            &spread.eigenvectors * along
+        })
+    }
+
+    /// The model with numbers drawn from what the fit knows of them, so many standard deviations as wide, again and again.
+    pub fn drawn_plants(&self, model: &FileModel, share: f64, random: &mut Pcg64Mcg) -> impl Iterator<Item = Plant> {
+        self.drawn_offsets(random).map(move |off| {
             let drawn = |((one, at), off): ((&Free, &f64), &f64)| {
                 // No number is known less than before the fit.
                 let drawn = at + (share * off).clamp(-one.prior, one.prior);

@@ -167,7 +167,8 @@ impl<'a> Inquiry<'a> {
         let mut alarm = found.rest.alarm() || too_much || found.selection().any_explains();
         let is_small = found.baseline.mean_square() <= SMALL * SMALL * found.session.noise;
         if alarm && is_small {
-            found.is_of_open_numbers = self.is_of_open_numbers(&found);
+            let (baseline, noise) = (&found.baseline, found.session.noise);
+            found.is_of_open_numbers = open_numbers::explain(&found.session, baseline, noise, self.options.seed);
             alarm = !found.is_of_open_numbers;
         }
         let alarm = alarm && found.session.is_to_be_explained(found.baseline.mean_square());
@@ -203,11 +204,6 @@ impl<'a> Inquiry<'a> {
         }
         found.refit_what_is_reported();
         Ok(found)
-    }
-
-    /// Whether what the refitted model leaves is no more than the fit runs leave its numbers open.
-    fn is_of_open_numbers(&self, found: &Found) -> bool {
-        open_numbers::explain(&found.session, &found.baseline, found.selection().noise, self.options.seed)
     }
 
     /// Finds the coordinate that the rest follows. A curve says more than that some run is odd; where no curve says anything, there

@@ -6,8 +6,7 @@
 //! from draw to draw is how far the model may be expected to miss.
 
 use nalgebra::DMatrix;
-use rand::{RngExt, SeedableRng};
-use rand_distr::StandardNormal;
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use super::fit::{self, Data, Fit, Followed};
@@ -24,19 +23,12 @@ const USUAL: f64 = 0.05;
 /// changes of the numbers.
 #[must_use]
 pub fn explain(session: &Session, model: &Candidate, noise: f64, seed: u64) -> bool {
-    let readings: f64 = model.evaluation.errors.iter().map(|(_, freedom)| freedom).sum();
-    let excess = (model.mean_square() / noise - 1.0) * readings;
+    let excess = (model.mean_square() / noise - 1.0) * model.evaluation.readings();
     let held_out = Data { tracks: &session.held_out, sigma: noise.sqrt(), sigma_current: None };
     let curvature = curvature(session, &held_out, model);
-    let spread = model.fit.covariance.clone().symmetric_eigen();
-    let deviations = spread.eigenvalues.map(|variance| variance.max(0.0).sqrt());
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let moves_as_far = |_: &usize| {
-        let off =
-            &spread.eigenvectors * deviations.map(|deviation| deviation * random.sample::<f64, _>(StandardNormal));
-        off.dot(&(&curvature * &off)) >= excess
-    };
-    let as_far = (0..DRAWS).filter(moves_as_far).count();
+    let drawn = model.fit.drawn_offsets(&mut random).take(DRAWS);
+    let as_far = drawn.filter(|off| off.dot(&(&curvature * off)) >= excess).count();
     as_far as f64 >= USUAL * DRAWS as f64
 }
 

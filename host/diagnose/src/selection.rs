@@ -186,8 +186,7 @@ impl Selection<'_> {
     fn pays(&self, to: &Candidate, from: &Candidate) -> bool {
         let gained = from.mean_square() - to.mean_square();
         let excess = self.baseline.mean_square() - self.noise;
-        let readings: f64 = from.evaluation.errors.iter().map(|(_, freedom)| freedom).sum();
-        gained > PAYS_OF_READINGS / readings * self.noise
+        gained > PAYS_OF_READINGS / from.evaluation.readings() * self.noise
             && (share(from.mean_square(), to.mean_square()) > PAYS
                 || gained > (PAYS_OF_EXCESS * excess).max(PAYS_OF_NOISE * self.noise))
     }

@@ -104,6 +104,12 @@ impl Evaluation {
     pub fn capped_square(&self, most: f64) -> f64 {
         mean(self.errors.iter().map(|&(error, freedom)| (error.min(most * freedom), freedom)))
     }
+
+    /// Readings that were judged by, less the starts' degrees of freedom.
+    #[must_use]
+    pub fn readings(&self) -> f64 {
+        self.errors.iter().map(|(_, freedom)| freedom).sum()
+    }
 }
 
 /// Mean of squared errors over all their degrees of freedom.
