@@ -117,6 +117,13 @@ impl Found {
         named.or_else(without_name).unwrap_or(&self.baseline)
     }
 
+    /// The single effect that explains the misfit, where one does.
+    fn explained_by_one(&self) -> Option<usize> {
+        let explains =
+            |&named: &usize| self.candidates[named].effects.len() == 1 && self.decision.verdict != Verdict::Unexplained;
+        self.decision.named().filter(explains)
+    }
+
     fn decide(&mut self, alarm: bool) {
         self.decision = self.selection().decide(alarm);
     }
@@ -173,20 +180,16 @@ impl<'a> Inquiry<'a> {
         }
         let alarm = alarm && found.session.is_to_be_explained(found.baseline.mean_square());
         found.decide(alarm);
-        self.refute(&mut found, &effects);
+        self.ask_further(&mut found, &effects);
         if found.decision.named().is_none() && is_implausible(&found.session, &found.baseline) {
             return Err(wrong_rig(self.robot, &found.session, &found.baseline));
         }
         if alarm && found.decision.verdict == Verdict::Unexplained {
             self.ask_what_is_left(&mut found, &effects);
-            self.refute(&mut found, &effects);
+            self.ask_further(&mut found, &effects);
         }
         if let Some(named) = found.decision.named() {
             found.rest = self.screen(&found.session, &found.candidates[named], &effects);
-            if found.candidates[named].effects.len() == 1 && found.decision.verdict != Verdict::Unexplained {
-                self.options.tell("fitting second effects", 0.85);
-                self.second(&mut found, named, &effects);
-            }
         }
         let names_none = found.decision.named().is_none();
         if names_none {
@@ -217,6 +220,23 @@ impl<'a> Inquiry<'a> {
         let is_odd = found.odd_runs.is_some();
         let predicted = || place::predicted(&found.session, found.left_by()).filter(|_| !is_odd);
         found.place = follows.map(Follows::name).or_else(predicted);
+    }
+
+    /// Looks for a second effect where one explains the misfit, and takes back names that what is left then speaks against: what a
+    /// friction leaves for want of the second one does not.
+    fn ask_further(&self, found: &mut Found, effects: &[Id]) {
+        let mut asked = None;
+        loop {
+            let single = found.explained_by_one();
+            if let Some(named) = single {
+                self.second(found, named, effects);
+                asked = single;
+            }
+            self.refute(found, effects);
+            if found.explained_by_one().is_none_or(|named| asked == Some(named)) {
+                return;
+            }
+        }
     }
 
     /// Takes back names, one after the other, of models that what they leave speaks against.
@@ -383,7 +403,7 @@ impl<'a> Inquiry<'a> {
                 self.options.tell("fitting effects", 0.15 + 0.65 * done / passes as f64);
             };
             let about = |model: &Candidate| self.screen(session, model, effects).proposals(&session.model);
-            let asks = search::Asks { enough: &enough, proposals: &about, done: &done };
+            let asks = search::Asks { effects, enough: &enough, proposals: &about, done: &done };
             candidates = search::models(session, baseline, &proposals, &candidates, &asks);
             // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost, and a walking
             // body, about which the noise of a model that was lost says nothing.
@@ -416,26 +436,22 @@ impl<'a> Inquiry<'a> {
 
     /// Looks for a second effect in what a screen about the named one leaves.
     fn second(&self, found: &mut Found, named: usize, effects: &[Id]) {
-        let sure = found.rest.effects();
+        self.options.tell("fitting second effects", 0.85);
+        let screen = self.screen(&found.session, &found.candidates[named], effects);
+        let sure = screen.effects();
         let proposals: Vec<_> =
-            found.rest.proposals(&found.session.model).into_iter().filter(|one| sure.contains(&one.effect)).collect();
+            screen.proposals(&found.session.model).into_iter().filter(|one| sure.contains(&one.effect)).collect();
         let pairs = pairs::beside(&found.session, &found.candidates[named], &proposals);
         if pairs.is_empty() {
             return;
         }
         found.candidates.extend(pairs);
-        let screened = found.candidates[named].fit.coordinates.clone();
+        pairs::add_relatives(&found.session, &found.baseline, &mut found.candidates, effects);
         // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
         pairs::apart(&found.session, &found.baseline, &mut found.candidates);
         found.decide(true);
         if let Some(pair) = found.selection().with_second(&found.decision) {
             found.decision = pair;
-        }
-        self.refute(found, effects);
-        if let Some(now) = found.decision.named()
-            && (now != named || found.candidates[now].fit.coordinates != screened)
-        {
-            found.rest = self.screen(&found.session, &found.candidates[now], effects);
         }
     }
 }

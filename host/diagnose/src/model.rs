@@ -253,17 +253,23 @@ impl Plant {
         let mut drive = DriveCursor::new(track, segment.first, aged(segment.first));
         let (mut shown, mut held_behind) = (self.shown(&motion), hidden.held_behind);
         let (mut known_span, mut steps) = (f64::INFINITY, 1);
-        let mut currents = currents;
         wipers[0] = shown - held_behind;
         // The last sample leads on to the next segment. Where a hole in the recording lies between, nothing is carried
         // over it, and it may be hours long.
         let samples = segment.last - segment.first;
-        let longest_span = if samples > 1 {
-            LONGEST_SPAN * (track.t[segment.last - 1] - track.t[segment.first]) / (samples - 1) as f64
+        let usual_span = if samples > 1 {
+            (track.t[segment.last - 1] - track.t[segment.first]) / (samples - 1) as f64
         } else {
             f64::INFINITY
         };
-        for k in segment.first..segment.last.min(track.t.len() - 1) {
+        let longest_span = LONGEST_SPAN * usual_span;
+        let last = segment.last.min(track.t.len() - 1);
+        // Where the reading is late and the current is not, the last currents were measured when the sensor did not show the shaft yet.
+        let late = if currents.is_some() { self.delay_s[1] / usual_span } else { 0.0 };
+        let until = (last + late.ceil() as usize).min(track.t.len() - 1);
+        let mut means = Vec::with_capacity(if currents.is_some() { until - segment.first } else { 0 });
+        let mut reached = None;
+        for k in segment.first..until {
             // Between two readings the shaft moves on by the time between their instants, not between their stamps.
             let span = (track.t[k + 1] - track.t[k]).min(longest_span) * (1.0 - self.ageing);
             drive.delay = aged(k);
@@ -295,26 +301,23 @@ impl Plant {
                 motion.heat.warm(&cold.laws, &mut motion.states, span);
                 stepper.warm(cold, &motion.states);
             }
-            let place = k + 1 - segment.first;
             let before = shown;
             shown = self.shown(&motion);
             held_behind = self.held * (held_behind + (shown - before));
             if k + 1 < segment.last {
-                wipers[place] = shown - held_behind;
+                wipers[k + 1 - segment.first] = shown - held_behind;
             }
-            if let Some(currents) = currents.as_deref_mut() {
-                currents[place - 1] = current / steps as f64;
+            if currents.is_some() {
+                means.push(current / steps as f64);
+            }
+            if k + 1 == last {
+                reached = Some(motion.boundary(held_behind));
             }
         }
-        let hidden = Hidden {
-            bristle: motion.state.bristle,
-            current: motion.state.current,
-            wiper_behind: motion.state.angle - motion.wiper,
-            twist: [motion.state.twist, motion.state.twist_rate],
-            held_behind,
-            states: motion.states,
-        };
-        Boundary { hidden, shaft: [motion.state.angle, motion.state.speed] }
+        if let Some(currents) = currents {
+            take_later(&means, late, currents);
+        }
+        reached.unwrap_or_else(|| motion.boundary(held_behind))
     }
 
     /// One step of driver, supply, shaft and wiper from sample `k` on; returns the mean current, A.
@@ -396,6 +399,31 @@ struct Motion {
     drawn_as: f64,
     /// Since the last sample.
     heat: Heat,
+}
+
+impl Motion {
+    /// What the next segment starts with, with the last reading so far behind the wiper (rad).
+    fn boundary(&self, held_behind: f64) -> Boundary {
+        let hidden = Hidden {
+            bristle: self.state.bristle,
+            current: self.state.current,
+            wiper_behind: self.state.angle - self.wiper,
+            twist: [self.state.twist, self.state.twist_rate],
+            held_behind,
+            states: self.states,
+        };
+        Boundary { hidden, shaft: [self.state.angle, self.state.speed] }
+    }
+}
+
+/// Means over intervals that lie later by so many of them as those that are given. Beyond the end of a recording the last one stands.
+fn take_later(means: &[f64], later: f64, out: &mut [f64]) {
+    let whole = later.floor();
+    let at = |place: usize| means.get(place).or(means.last()).copied().unwrap_or(0.0);
+    for (place, value) in out.iter_mut().enumerate() {
+        let [now, next] = [0, 1].map(|ahead| at(place + whole as usize + ahead));
+        *value = if later == whole { now } else { now + (later - whole) * (next - now) };
+    }
 }
 
 /// Parts of a step shorter than this share of it are not worth a step of their own.

@@ -10,7 +10,7 @@ use super::screen::Proposal;
 use super::search::{
     Asks, Candidate, LEADS, LOOK, MOST_FURTHER, ROUNDS, TOLERANCE, Wanted, floor, level, simpler, singles, try_all,
 };
-use super::selection::{reaches, removed};
+use super::selection::{RICHER, reaches, removed};
 use super::session::Session;
 
 /// Pairs are formed among this many of the best single effects.
@@ -37,18 +37,10 @@ pub fn add_pairs(session: &Session, baseline: &Candidate, candidates: &mut Vec<C
         return;
     }
     candidates.extend(pairs(session, candidates, asks.proposals));
-    let mut looked_at = Vec::new();
-    for _ in 0..RELATIONS {
-        let further = relatives(session, baseline, candidates, &mut looked_at);
-        if further.is_empty() {
-            break;
-        }
-        candidates.extend(further);
-    }
-    for _ in 0..RESTARTS {
-        if !restart(session, baseline, candidates) {
-            break;
-        }
+    add_relatives(session, baseline, candidates, asks.effects);
+    let restarts = (0..RESTARTS).take_while(|_| restart(session, baseline, candidates)).count();
+    if restarts > 0 {
+        add_relatives(session, baseline, candidates, asks.effects);
     }
     apart(session, baseline, candidates);
 }
@@ -59,30 +51,56 @@ fn best_pair(candidates: &[Candidate]) -> Option<usize> {
     pairs.min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
 }
 
-/// Fits and judges the best pair with each of its effects in turn replaced by those that the catalogue knows to be mistaken for it, the
-/// other one where it was found; where it takes away nearly all, so that pairs are named, those that do about as well, too. What was
-/// looked at before is not looked at again.
+/// Adds what the best pairs are mistaken for, and what that is mistaken for, of some effects.
+pub fn add_relatives(session: &Session, baseline: &Candidate, candidates: &mut Vec<Candidate>, effects: &[Id]) {
+    let mut looked_at = Vec::new();
+    for _ in 0..RELATIONS {
+        let further = relatives(session, baseline, candidates, effects, &mut looked_at);
+        if further.is_empty() {
+            break;
+        }
+        for one in further {
+            match candidates.iter_mut().find(|tried| tried.effects == one.effects) {
+                Some(tried) => tried.improve(one),
+                None => candidates.push(one),
+            }
+        }
+    }
+}
+
+/// Fits and judges the best pair with each of its effects in turn replaced by those that the catalogue knows to be mistaken for it, and
+/// by those that it contains, the other one where it was found; where it takes away nearly all, so that pairs are named, those that do
+/// about as well, too. What was fitted in full or looked at before is not looked at again.
 fn relatives(
     session: &Session,
     baseline: &Candidate,
     candidates: &[Candidate],
+    known: &[Id],
     looked_at: &mut Vec<Vec<Id>>,
 ) -> Vec<Candidate> {
     let Some(best) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
     let is_named = removed(floor(session, candidates), baseline, best) >= NEARLY_ALL;
     let within = best.mean_square() * if is_named { LEADS } else { 1.0 };
     let leads = |one: &&Candidate| one.effects.len() == 2 && one.mean_square() <= within;
-    let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).collect();
+    // One that has more numbers and does no better only imitates the best.
+    let imitates = |one: &&Candidate| one.fit.free.len() >= best.fit.free.len() + RICHER;
+    let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).filter(|one| !imitates(one)).collect();
     leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let mut wanted: Vec<Wanted> = Vec::new();
     for (pair, place) in leading.iter().flat_map(|pair| [(pair, 0), (pair, 1)]) {
         let (effect, other) = (pair.effects[place], pair.effects[1 - place]);
-        let known = candidates.iter().flat_map(|one| &one.effects).copied();
-        for relative in known.filter(|one| one.mistaken(effect) && *one != other && !one.overlaps(other)) {
-            let mut effects = vec![relative, other];
-            effects.sort();
-            let mut tried = candidates.iter().map(|one| &one.effects).chain(looked_at.iter());
-            if tried.all(|one| *one != effects) {
+        // What does badly in the place of an effect of one leading pair does so in another: once is enough.
+        let beside: Vec<Id> = leading.iter().filter_map(|one| partner(&one.effects, effect)).collect();
+        let is_asked =
+            |effects: &[Id], relative: Id| partner(effects, relative).is_some_and(|one| beside.contains(&one));
+        let related = |one: &Id| one.mistaken(effect) || effect.contains(*one);
+        for relative in known.iter().copied().filter(|one| related(one) && !one.overlaps(other)) {
+            let effects = pair_of(relative, other);
+            let was_looked_at = |one: &Candidate| one.in_full || looked_at.contains(&one.effects);
+            let tried = || candidates.iter().filter(|one| was_looked_at(one));
+            let is_known =
+                tried().any(|one| one.effects == effects || is_asked(&one.effects, relative) && !leads(&one));
+            if !is_known && !wanted.iter().any(|one| is_asked(&one.effects, relative)) {
                 let starts = session.all_starts(&effects);
                 looked_at.push(effects.clone());
                 wanted.push(Wanted { effects, from: pair.fit.without(&session.model, effect), starts });
@@ -93,6 +111,22 @@ fn relatives(
         return Vec::new();
     }
     try_all(session, &wanted, (MOST_FURTHER, session.coarse_cost(&best.fit)), &|| ())
+}
+
+/// Two effects in the order of the catalogue.
+fn pair_of(one: Id, other: Id) -> Vec<Id> {
+    let mut effects = vec![one, other];
+    effects.sort();
+    effects
+}
+
+/// The other effect of a pair that has this one.
+fn partner(effects: &[Id], effect: Id) -> Option<Id> {
+    match *effects {
+        [one, other] if one == effect => Some(other),
+        [other, one] if one == effect => Some(other),
+        _ => None,
+    }
 }
 
 /// Where the best pair takes most of the misfit away and yet does not reach the floor, it is fitted again from every starting point
@@ -128,8 +162,7 @@ fn pairs(
     let singles: Vec<&Candidate> = singles(candidates).into_iter().map(|i| &candidates[i]).collect();
     let mut wanted: Vec<Wanted> = Vec::new();
     let mut want = |first: &Candidate, second: Id, starts: &[usize], from: Fit| {
-        let mut effects = vec![first.effects[0], second];
-        effects.sort();
+        let effects = pair_of(first.effects[0], second);
         let known = candidates.iter().any(|one| one.effects == effects);
         if !known && !first.effects[0].overlaps(second) && !wanted.iter().any(|one| one.effects == effects) {
             wanted.push(Wanted { effects, from, starts: starts.to_vec() });
@@ -163,8 +196,7 @@ fn pairs(
 #[must_use]
 pub fn beside(session: &Session, single: &Candidate, proposals: &[Proposal]) -> Vec<Candidate> {
     let with = |second: &Proposal| {
-        let mut effects = vec![single.effects[0], second.effect];
-        effects.sort();
+        let effects = pair_of(single.effects[0], second.effect);
         Wanted { effects, from: single.fit.clone(), starts: second.starts.clone() }
     };
     let wanted: Vec<Wanted> = proposals
@@ -241,10 +273,17 @@ mod tests {
             Wanted { effects, from: fit.clone(), starts }
         });
         let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
-        let dead_time = session.again(&[Id::of("driver_dead_time").unwrap()], &fit, 3, TOLERANCE, f64::INFINITY);
-        candidates.push(Candidate::of(&session, dead_time, true));
-        let tried = relatives(&session, &baseline, &candidates, &mut Vec::new());
-        let has = |names| tried.iter().any(|one| one.effects == pair(names));
-        assert!(has(["quadratic_drag", "driver_dead_time"]) && has(["cubic_drag", "driver_dead_time"]));
+        // Which of them were tried alone makes no difference.
+        let known: Vec<Id> = Id::all().collect();
+        add_relatives(&session, &baseline, &mut candidates, &known);
+        let has = |names| candidates.iter().any(|one| one.effects == pair(names));
+        // Which does badly in the place of the drop beside one drag, and so is not tried beside the other.
+        assert!(has(["quadratic_drag", "driver_dead_time"]) != has(["cubic_drag", "driver_dead_time"]));
+        // What an effect of the pair contains is tried, too.
+        let rich = pair(["driver_drop", "stribeck_friction"]);
+        let from = session.again(&rich, &fit, 3, TOLERANCE, f64::INFINITY);
+        let candidates = [Candidate::of(&session, from, true)];
+        let tried = relatives(&session, &baseline, &candidates, &known, &mut Vec::new());
+        assert!(tried.iter().any(|one| one.effects == pair(["driver_drop", "coulomb_friction"])));
     }
 }

@@ -138,6 +138,8 @@ pub fn candidates(session: &Session, robot: &Robot, asked: &[Id]) -> Result<Vec<
 
 /// What [`models`] asks of the course of a diagnosis.
 pub struct Asks<'a> {
+    /// Everything that is looked for.
+    pub effects: &'a [Id],
     /// Whether what has been tried is enough.
     pub enough: &'a (dyn Fn(&[Candidate]) -> bool + Sync),
     /// What a screen about a model proposes.

@@ -51,7 +51,7 @@ const NEEDED: f64 = 0.2;
 /// Two models are the same up to this factor of their errors (mean square).
 const SAME: f64 = 1.001;
 /// A rival with so many more numbers than a simpler model of the set must do better than it to stay.
-const RICHER: usize = 2;
+pub(super) const RICHER: usize = 2;
 
 /// The decision.
 #[derive(Clone, Debug)]
@@ -250,17 +250,18 @@ impl Selection<'_> {
         self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, class: Vec::new() })
     }
 
-    /// The decision for a pair of the named effect and another, where the second one takes away so much that it is more than
-    /// the named one's law in another form.
+    /// The decision for a pair of the named effect, or of one that does as well, and another, where the second one takes away so much
+    /// that it is more than the named one's law in another form.
     #[must_use]
     pub fn with_second(&self, decision: &Decision) -> Option<Decision> {
         let single = &self.candidates[decision.named()?];
         let excess = self.baseline.mean_square() - self.noise;
         let pays = |pair: &Candidate| pair.sized && single.mean_square() - pair.mean_square() > SECOND_PAYS * excess;
+        let as_good: Vec<&Id> = decision.class.iter().flat_map(|&i| &self.candidates[i].effects).collect();
+        let is_of_them =
+            |pair: &Candidate| pair.effects.len() == 2 && pair.effects.iter().any(|one| as_good.contains(&one));
         let pairs: Vec<usize> = (0..self.candidates.len())
-            .filter(|&i| {
-                self.candidates[i].effects.len() == 2 && self.candidates[i].effects.contains(&single.effects[0])
-            })
+            .filter(|&i| is_of_them(&self.candidates[i]))
             .filter(|&i| pays(&self.candidates[i]) && self.beats(&self.candidates[i], single))
             .collect();
         (!pairs.is_empty()).then(|| self.among(&pairs, Verdict::Explained))
@@ -327,9 +328,7 @@ impl Selection<'_> {
             class.iter().filter(simpler).any(|&j| !self.suggests(&self.candidates[i], &self.candidates[j]))
         };
         let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i) && !imitates(i)).collect();
-        if class.len() > MOST_BY_SIZE && self.candidates[best].effects.len() == 1 {
-            self.shorten(&mut class, best, &surely);
-        }
+        self.shorten(&mut class, best, &surely);
         // Of those that do the same to a per mille, as one law under two names, the one that the catalogue has first.
         let same = |i: usize| {
             let [one, least] = [i, best].map(|i| &self.candidates[i]);
@@ -343,14 +342,26 @@ impl Selection<'_> {
         Decision { verdict, class }
     }
 
-    /// Of a long list of what is behind by little, what the runs do not rule out, and of the others those that are nearest to the best,
-    /// as long as there are few.
+    /// Of many in the place of an effect of the best model that are behind by little, leaves what the runs do not rule out, and of the
+    /// others those that are nearest to the best, as long as there are few. Of a pair with both effects replaced, what is left of each.
     fn shorten(&self, class: &mut Vec<usize>, best: usize, surely: &[usize]) {
-        let mut kept: Vec<usize> = class.iter().copied().filter(|&i| i == best || surely.contains(&i)).collect();
-        let mut others: Vec<usize> = class.iter().copied().filter(|i| !kept.contains(i)).collect();
-        others.sort_by(|&a, &b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()));
-        kept.extend(others.into_iter().take(MOST_BY_SIZE.saturating_sub(kept.len())));
-        class.retain(|i| kept.contains(i));
+        let is_sure = |i: usize| i == best || surely.contains(&i);
+        let mut nearest = class.clone();
+        nearest.sort_by(|&a, &b| self.candidates[a].mean_square().total_cmp(&self.candidates[b].mean_square()));
+        nearest.sort_by_key(|&i| !is_sure(i));
+        let effects = &self.candidates[best].effects;
+        let mut left_out: Vec<Id> = Vec::new();
+        for effect in effects {
+            let rest: Vec<&Id> = effects.iter().filter(|one| *one != effect).collect();
+            let in_its_place = |i: &usize| {
+                let other = &self.candidates[*i].effects;
+                other.len() == effects.len() && rest.iter().all(|one| other.contains(one))
+            };
+            let alike = nearest.iter().copied().filter(in_its_place);
+            let beyond = alike.skip(MOST_BY_SIZE).filter(|&i| !is_sure(i)).flat_map(|i| &self.candidates[i].effects);
+            left_out.extend(beyond.filter(|one| !rest.contains(one)));
+        }
+        class.retain(|&i| is_sure(i) || self.candidates[i].effects.iter().all(|one| !left_out.contains(one)));
     }
 
     /// Whether another model is behind the best by no more than that one itself leaves over the floor: a law that misses by as much
@@ -453,6 +464,38 @@ mod tests {
         let near = [("sensor_lag", 1.0), ("held_samples", 1.008), ("command_latency", 1.004), ("sensor_delay", 1.006)];
         assert_eq!(class(&near), ["sensor_lag", "command_latency", "sensor_delay"]);
         assert_eq!(class(&near[..2]), ["sensor_lag", "held_samples"]);
+    }
+
+    #[test]
+    fn of_a_pair_the_nearest_stay_in_the_place_of_each_effect() {
+        let pair = |late: &str, drag: &str, left: f64| model(&[late, drag], left);
+        let candidates = [
+            pair("sensor_lag", "cubic_drag", 1.0),
+            pair("held_samples", "cubic_drag", 1.008),
+            pair("command_latency", "cubic_drag", 1.004),
+            pair("sensor_delay", "cubic_drag", 1.006),
+            pair("sensor_lag", "quadratic_drag", 1.007),
+            pair("command_latency", "quadratic_drag", 1.009),
+            pair("held_samples", "quadratic_drag", 1.009),
+        ];
+        // Beyond doubt behind, by too little to matter; held samples are the fourth, and so nowhere.
+        assert_eq!(decide(9.0, &candidates).class, [0, 2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn a_second_effect_leaves_open_what_the_first_left_open() {
+        let candidates = [
+            model(&["sensor_delay"], 1.2),
+            model(&["sensor_lag"], 1.201),
+            model(&["driver_drop", "sensor_delay"], 1.0),
+            model(&["driver_drop", "sensor_lag"], 1.001),
+            model(&["driver_drop", "gravity_tilt"], 1.001),
+        ];
+        let (bootstrap, baseline) = (Bootstrap::new(100, 1), model(&[], 3.0));
+        let selection = Selection { noise: 1.0, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
+        let single = selection.decide(true);
+        assert_eq!(single.class, [0, 1]);
+        assert_eq!(selection.with_second(&single).unwrap().class, [2, 3]);
     }
 
     #[test]

@@ -44,6 +44,8 @@ pub(super) struct Rig {
     pub sag_ohm: f64,
     pub cos1: f64,
     pub delay_samples: usize,
+    /// Noise of a recorded current, A; none is recorded without it.
+    pub current_noise: Option<f64>,
 }
 
 impl Rig {
@@ -62,6 +64,7 @@ impl Rig {
             sag_ohm: 0.0,
             cos1: 0.0,
             delay_samples: 0,
+            current_noise: None,
         }
     }
 
@@ -96,6 +99,9 @@ impl Rig {
             let shown = truth[k.saturating_sub(self.delay_samples)];
             let noise: f64 = (0..12).map(|_| random.random_range(-0.5..0.5)).sum();
             angles.push(Some(shown + self.cos1 * shown.cos() + self.noise * noise));
+            if let Some(noise) = self.current_noise {
+                out.current_a.push(Some(state.current + noise * random.random_range(-1.7..1.7)));
+            }
             duty_column.push(duty);
             out.t_s.push(t);
             out.enable.push(enabled);
@@ -355,6 +361,15 @@ fn sensor_delay_is_found() {
 }
 
 #[test]
+fn where_the_reading_is_late_a_measured_current_is_not() {
+    let rig = changed(|rig| {
+        rig.delay_samples = 2;
+        rig.current_noise = Some(2e-3);
+    });
+    assert_found_in_class(&rig, &["sensor_delay", "command_latency"], "delay_s", 2e-3);
+}
+
+#[test]
 fn a_pair_is_found_together() {
     let rig = changed(|rig| {
         rig.shaft.laws = coulomb(1.5e-4);
@@ -369,6 +384,18 @@ fn a_pair_is_found_together() {
     tried.sort();
     tried.dedup();
     assert_eq!(tried.len(), all);
+}
+
+#[test]
+fn what_a_friction_leaves_for_want_of_a_second_effect_does_not_speak_against_it() {
+    // Coulomb friction alone reaches the floor, and what it leaves follows the angle.
+    let rig = changed(|rig| {
+        rig.shaft.laws = coulomb(1e-4);
+        rig.cos1 = 1.2e-3;
+    });
+    let diagnosis = diagnosed(&rig, 3);
+    let named: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    assert_eq!(named, ["coulomb_friction", "sensor_nonlinearity"], "{:?}", diagnosis.detail.summary);
 }
 
 #[test]
