@@ -57,6 +57,12 @@ impl Id {
         says(self, other) || says(other, self)
     }
 
+    /// Whether it is friction: what slides is dragged through a presliding length first.
+    #[must_use]
+    pub fn is_friction(self) -> bool {
+        self.spec().parameters.iter().any(|one| one.key.starts_with("presliding"))
+    }
+
     /// Whether it carries something from step to step.
     #[must_use]
     pub fn carries_state(self) -> bool {

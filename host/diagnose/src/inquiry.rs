@@ -46,6 +46,10 @@ const AROUND: f64 = 0.02;
 /// What takes most of a misfit away leaves at most this share of the mean square error.
 const MOST: f64 = 0.5;
 
+/// Models do as well as the best up to this factor of its mean square error, and so many are asked for noise in what they leave.
+const AS_WELL: f64 = 1.01;
+const MOST_ASKED: usize = 3;
+
 /// What is asked.
 pub struct Inquiry<'a> {
     /// The robot file.
@@ -92,6 +96,11 @@ pub struct Found {
 /// Whether an effect is the same all round the shaft, as most frictions are.
 fn is_even(effect: &Id) -> bool {
     effect.spec().shows_in == Coordinate::Speed
+}
+
+/// Whether an effect is a friction that differs around the shaft.
+fn is_uneven(effect: &Id) -> bool {
+    effect.is_friction() && effect.spec().shows_in == Coordinate::Angle
 }
 
 impl Found {
@@ -270,10 +279,11 @@ impl<'a> Inquiry<'a> {
         }
         let mut screen = self.screen(session, model, effects);
         self.add_curves(&mut screen, session, model, &Follows::AROUND);
-        // What is named beside a friction may leave a trace of its own over the angle, but no friction there.
+        // What is named beside a friction may leave a trace of its own over the angle, and only a friction that is uneven itself one there.
         let all_even = model.effects.iter().all(is_even);
+        let uneven = model.effects.iter().any(is_uneven);
         let speaks_against =
-            |(follows, share): (Follows, f64)| share > AROUND && (all_even || follows == Follows::Mesh);
+            |(follows, share): (Follows, f64)| share > AROUND && (all_even || follows == Follows::Mesh && !uneven);
         screen.strongest_curve().is_some_and(speaks_against)
     }
 
@@ -293,11 +303,15 @@ impl<'a> Inquiry<'a> {
     }
 
     /// Where the best model does not reach the fast scatter, what it leaves may still be noise, which remembers: the best single
-    /// effect is asked first, then the best model.
+    /// effect is asked first, then the best model and those that do as well.
     fn ask_what_is_left(&self, found: &mut Found, effects: &[Id]) {
         let single = search::singles(&found.candidates).first().copied();
-        let best = search::place_of_best(&found.candidates);
-        for place in single.into_iter().chain(best.filter(|_| best != single)) {
+        let error = |place: usize| found.candidates[place].mean_square();
+        let mut best: Vec<usize> = (0..found.candidates.len()).filter(|place| Some(*place) != single).collect();
+        best.sort_by(|&a, &b| error(a).total_cmp(&error(b)));
+        let least = best.first().map_or(0.0, |&place| error(place));
+        best.retain(|&place| error(place) <= AS_WELL * least);
+        for place in single.into_iter().chain(best.into_iter().take(MOST_ASKED)) {
             let model = &found.candidates[place];
             if model.refuted {
                 continue;

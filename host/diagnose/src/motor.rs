@@ -133,7 +133,12 @@ fn with_friction(robot: &Robot, session: &Session, baseline: &Candidate, options
     }
     let wanted: Vec<Wanted> = kinds
         .iter()
-        .map(|&id| Wanted { effects: vec![id], from: baseline.fit.clone(), starts: session.all_starts(&[id]) })
+        .map(|&id| Wanted {
+            effects: vec![id],
+            from: baseline.fit.clone(),
+            starts: session.all_starts(&[id]),
+            suited: false,
+        })
         .collect();
     let mut candidates = try_all(session, &wanted, (kinds.len(), f64::INFINITY), &|| ());
     refit_the_simplest(session, &mut candidates);

@@ -68,9 +68,24 @@ pub fn add_relatives(session: &Session, baseline: &Candidate, candidates: &mut V
     }
 }
 
-/// Fits and judges the best pair with each of its effects in turn replaced by those that the catalogue knows to be mistaken for it, and
-/// by those that it contains, the other one where it was found; where it takes away nearly all, so that pairs are named, those that do
-/// about as well, too. What was fitted in full or looked at before is not looked at again.
+/// The best pair and, where it takes away nearly all, so that pairs are named, those that do about as well; but none that only imitates
+/// it, with more numbers and no less of an error.
+fn leading<'a>(session: &Session, baseline: &Candidate, candidates: &'a [Candidate]) -> Vec<&'a Candidate> {
+    let Some(best) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
+    let is_named = removed(floor(session, candidates), baseline, best) >= NEARLY_ALL;
+    let within = best.mean_square() * if is_named { LEADS } else { 1.0 };
+    let leads = |one: &&Candidate| {
+        let imitates = one.fit.free.len() >= best.fit.free.len() + RICHER;
+        one.effects.len() == 2 && one.mean_square() <= within && !imitates
+    };
+    let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).collect();
+    leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    leading
+}
+
+/// Fits and judges the leading pairs with each of their effects in turn replaced by those that the catalogue knows to be mistaken for it,
+/// and by those that it contains, the other one where it was found: from elsewhere the same may have gone astray. What was looked at so
+/// before is not looked at again.
 fn relatives(
     session: &Session,
     baseline: &Candidate,
@@ -78,39 +93,28 @@ fn relatives(
     known: &[Id],
     looked_at: &mut Vec<Vec<Id>>,
 ) -> Vec<Candidate> {
-    let Some(best) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
-    let is_named = removed(floor(session, candidates), baseline, best) >= NEARLY_ALL;
-    let within = best.mean_square() * if is_named { LEADS } else { 1.0 };
-    let leads = |one: &&Candidate| one.effects.len() == 2 && one.mean_square() <= within;
-    // One that has more numbers and does no better only imitates the best.
-    let imitates = |one: &&Candidate| one.fit.free.len() >= best.fit.free.len() + RICHER;
-    let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).filter(|one| !imitates(one)).collect();
-    leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    let leading = leading(session, baseline, candidates);
+    let leads = |effects: &[Id]| leading.iter().any(|one| one.effects == effects);
     let mut wanted: Vec<Wanted> = Vec::new();
     for (pair, place) in leading.iter().flat_map(|pair| [(pair, 0), (pair, 1)]) {
         let (effect, other) = (pair.effects[place], pair.effects[1 - place]);
         // What does badly in the place of an effect of one leading pair does so in another: once is enough.
         let beside: Vec<Id> = leading.iter().filter_map(|one| partner(&one.effects, effect)).collect();
-        let is_asked =
-            |effects: &[Id], relative: Id| partner(effects, relative).is_some_and(|one| beside.contains(&one));
-        let related = |one: &Id| one.mistaken(effect) || effect.contains(*one);
-        for relative in known.iter().copied().filter(|one| related(one) && !one.overlaps(other)) {
+        let replaces = |pair: &[Id], one: Id| partner(pair, one).is_some_and(|other| beside.contains(&other));
+        let related = |one: &Id| (one.mistaken(effect) || effect.contains(*one)) && !one.overlaps(other);
+        for relative in known.iter().copied().filter(related) {
             let effects = pair_of(relative, other);
-            let was_looked_at = |one: &Candidate| one.in_full || looked_at.contains(&one.effects);
-            let tried = || candidates.iter().filter(|one| was_looked_at(one));
-            let is_known =
-                tried().any(|one| one.effects == effects || is_asked(&one.effects, relative) && !leads(&one));
-            if !is_known && !wanted.iter().any(|one| is_asked(&one.effects, relative)) {
+            let speaks = |pair: &Vec<Id>| *pair == effects || (replaces(pair, relative) && !leads(pair));
+            let is_known = leads(&effects) || looked_at.iter().any(speaks);
+            if !is_known && !wanted.iter().any(|one| replaces(&one.effects, relative)) {
                 let starts = session.all_starts(&effects);
                 looked_at.push(effects.clone());
-                wanted.push(Wanted { effects, from: pair.fit.without(&session.model, effect), starts });
+                wanted.push(Wanted { effects, from: pair.fit.without(&session.model, effect), starts, suited: true });
             }
         }
     }
-    if wanted.is_empty() {
-        return Vec::new();
-    }
-    try_all(session, &wanted, (MOST_FURTHER, session.coarse_cost(&best.fit)), &|| ())
+    let least = leading.first().map_or(f64::INFINITY, |best| session.coarse_cost(&best.fit));
+    try_all(session, &wanted, (MOST_FURTHER, least), &|| ())
 }
 
 /// Two effects in the order of the catalogue.
@@ -165,7 +169,7 @@ fn pairs(
         let effects = pair_of(first.effects[0], second);
         let known = candidates.iter().any(|one| one.effects == effects);
         if !known && !first.effects[0].overlaps(second) && !wanted.iter().any(|one| one.effects == effects) {
-            wanted.push(Wanted { effects, from, starts: starts.to_vec() });
+            wanted.push(Wanted { effects, from, starts: starts.to_vec(), suited: false });
         }
     };
     for first in singles.iter().take(LEADING) {
@@ -186,7 +190,7 @@ fn pairs(
         if known.into_iter().all(|one| *one != effects)
             && let (Some(first), Some(second)) = (alone(effects[0]), alone(effects[1]))
         {
-            wanted.push(Wanted { effects, from: first.fit.knowing(&second.fit), starts: vec![0] });
+            wanted.push(Wanted { effects, from: first.fit.knowing(&second.fit), starts: vec![0], suited: false });
         }
     }
     try_all(session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ())
@@ -197,7 +201,7 @@ fn pairs(
 pub fn beside(session: &Session, single: &Candidate, proposals: &[Proposal]) -> Vec<Candidate> {
     let with = |second: &Proposal| {
         let effects = pair_of(single.effects[0], second.effect);
-        Wanted { effects, from: single.fit.clone(), starts: second.starts.clone() }
+        Wanted { effects, from: single.fit.clone(), starts: second.starts.clone(), suited: false }
     };
     let wanted: Vec<Wanted> = proposals
         .iter()
@@ -246,7 +250,7 @@ mod tests {
         let mut effects = vec![drag, drop];
         effects.sort();
         let starts = session.all_starts(&effects);
-        let wanted = [Wanted { effects, from: baseline.fit.clone(), starts }];
+        let wanted = [Wanted { effects, from: baseline.fit.clone(), starts, suited: false }];
         let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
         assert!(reaches(session.noise, &baseline, &candidates[0]), "the pair stands at the floor");
         apart(&session, &baseline, &mut candidates);
@@ -270,7 +274,7 @@ mod tests {
         let wanted = [["quadratic_drag", "driver_drop"], ["cubic_drag", "driver_drop"]].map(|names| {
             let effects = pair(names);
             let starts = session.all_starts(&effects);
-            Wanted { effects, from: fit.clone(), starts }
+            Wanted { effects, from: fit.clone(), starts, suited: false }
         });
         let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
         // Which of them were tried alone makes no difference.

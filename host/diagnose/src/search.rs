@@ -103,6 +103,8 @@ pub(super) struct Wanted {
     pub from: Fit,
     /// Starting points of what that fit does not have.
     pub starts: Vec<usize>,
+    /// Those numbers stay until the others suit them.
+    pub suited: bool,
 }
 
 /// Every effect that a diagnosis tries and some that are asked for, as far as the file lacks them and these runs can show them.
@@ -252,7 +254,12 @@ fn alone(
 ) -> Vec<Candidate> {
     let wanted: Vec<Wanted> = proposals
         .iter()
-        .map(|one| Wanted { effects: vec![one.effect], from: baseline.fit.clone(), starts: one.starts.clone() })
+        .map(|one| Wanted {
+            effects: vec![one.effect],
+            from: baseline.fit.clone(),
+            starts: one.starts.clone(),
+            suited: false,
+        })
         .collect();
     try_all(session, &wanted, (MOST_SINGLE, least), done)
 }
@@ -274,8 +281,9 @@ fn from_file(session: &Session, candidates: &mut [Candidate]) {
     let singles = singles(candidates);
     let effects: Vec<Id> = singles.iter().map(|&i| candidates[i].effects[0]).collect();
     let place = |effect: Id| effects.iter().position(|one| *one == effect).map(|i| singles[i]);
-    let look =
-        |(effect, starts): (Id, Vec<usize>)| Some((place(effect)?, session.look_from_file(&[effect], &starts, LOOK)));
+    let look = |(effect, starts): (Id, Vec<usize>)| {
+        Some((place(effect)?, session.look_suited(&[effect], &session.unfitted, &starts, (LOOK, f64::INFINITY))))
+    };
     let leader = effects.first().copied();
     let promising: Vec<(Id, Vec<usize>)> = propose(&session.model, &session.data(), &session.unfitted, &effects)
         .into_iter()
@@ -352,7 +360,10 @@ pub(super) fn try_all(
 fn look_at_all(session: &Session, wanted: &[Wanted], mut least: f64) -> Vec<Fit> {
     let mut looks: Vec<Fit> = Vec::new();
     for wave in wanted.chunks(WAVE) {
-        let look = |one: &Wanted| session.look(&one.effects, &one.from, &one.starts, (LOOK, least));
+        let look = |one: &Wanted| {
+            let look = if one.suited { Session::look_suited } else { Session::look };
+            look(session, &one.effects, &one.from, &one.starts, (LOOK, least))
+        };
         looks.par_extend(wave.par_iter().map(look));
         least = looks.iter().map(|look| look.cost).fold(least, f64::min);
     }

@@ -453,13 +453,12 @@ impl Session {
         (0..self.model.starts(effects)).collect()
     }
 
-    /// A first look that begins at the file's own numbers: they stay there until those of the effects suit them. Without
-    /// the effect they may have been refitted to where no step leads back from.
+    /// A first look that begins at another fit's numbers, the file's own for one: they stay there until those of the effects suit them.
+    /// Without the effect they may have been refitted to where no step leads back from.
     #[must_use]
-    pub fn look_from_file(&self, effects: &[Id], starts: &[usize], rounds: usize) -> Fit {
-        let from = &self.unfitted;
-        self.best_of_starts(effects, from, starts, |begun, least| {
-            self.look_on(self.suited(begun, from, rounds, f64::INFINITY), from, rounds, least)
+    pub fn look_suited(&self, effects: &[Id], from: &Fit, starts: &[usize], (rounds, least): (usize, f64)) -> Fit {
+        self.best_of_starts(effects, from, starts, |begun, best| {
+            self.look_on(self.suited(begun, from, rounds, f64::INFINITY), from, rounds, best.min(least))
         })
     }
 

@@ -393,7 +393,8 @@ fn what_a_friction_leaves_for_want_of_a_second_effect_does_not_speak_against_it(
         rig.shaft.laws = coulomb(1e-4);
         rig.cos1 = 1.2e-3;
     });
-    let diagnosis = diagnosed(&rig, 3);
+    let runs: Vec<Recording> = (0..6).map(|i| rig.run(30 + i, i as usize % 3, 4.0)).collect();
+    let diagnosis = diagnose(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
     let named: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.effect.as_str()).collect();
     assert_eq!(named, ["coulomb_friction", "sensor_nonlinearity"], "{:?}", diagnosis.detail.summary);
 }

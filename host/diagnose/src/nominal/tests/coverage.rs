@@ -104,7 +104,7 @@ fn fitted_with_motor(effect: &str, plain: &Robot, runs: &[Recording]) -> Option<
     let (session, baseline) =
         Session::open(plain, fit, held_out, &Options { threads: 1, ..Options::default() }).unwrap();
     let starts = session.all_starts(&[id]);
-    let from_file = session.look_from_file(&[id], &starts, ROUNDS);
+    let from_file = session.look_suited(&[id], &session.unfitted, &starts, (ROUNDS, f64::INFINITY));
     let tries = [
         session.again(&[id], &baseline, ROUNDS, 1e-6, f64::INFINITY),
         session.finish(from_file, ROUNDS, 1e-6, f64::INFINITY),
