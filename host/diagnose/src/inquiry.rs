@@ -460,7 +460,9 @@ impl<'a> Inquiry<'a> {
             return;
         }
         found.candidates.extend(pairs);
-        pairs::add_relatives(&found.session, &found.baseline, &mut found.candidates, effects);
+        if found.selection().with_second(&found.decision).is_some() {
+            pairs::add_relatives(&found.session, &found.baseline, &mut found.candidates, effects);
+        }
         // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
         pairs::apart(&found.session, &found.baseline, &mut found.candidates);
         found.decide(true);
