@@ -471,3 +471,19 @@ impl<'a> Inquiry<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_frictions_only_a_patch_differs_around_the_shaft() {
+        let names = |is: fn(&Id) -> bool| Id::all().filter(is).map(Id::name).collect::<Vec<_>>();
+        let mut frictions = names(|effect| effect.is_friction());
+        frictions.sort_unstable();
+        let expected =
+            ["coulomb_friction", "directional_friction", "friction_patch", "load_friction", "stribeck_friction"];
+        assert_eq!(frictions, expected);
+        assert_eq!(names(is_uneven), ["friction_patch"]);
+    }
+}

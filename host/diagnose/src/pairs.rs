@@ -106,7 +106,7 @@ fn relatives(
             let effects = pair_of(relative, other);
             let speaks = |pair: &Vec<Id>| *pair == effects || (replaces(pair, relative) && !leads(pair));
             let is_known = leads(&effects) || looked_at.iter().any(speaks);
-            if !is_known && !wanted.iter().any(|one| replaces(&one.effects, relative)) {
+            if !is_known {
                 let starts = session.all_starts(&effects);
                 looked_at.push(effects.clone());
                 wanted.push(Wanted { effects, from: pair.fit.without(&session.model, effect), starts, suited: true });
@@ -284,7 +284,7 @@ mod tests {
         // Which does badly in the place of the drop beside one drag, and so is not tried beside the other.
         assert!(has(["quadratic_drag", "driver_dead_time"]) != has(["cubic_drag", "driver_dead_time"]));
         // What an effect of the pair contains is tried, too.
-        let rich = pair(["driver_drop", "stribeck_friction"]);
+        let rich = pair(["driver_drop", "directional_friction"]);
         let from = session.again(&rich, &fit, 3, TOLERANCE, f64::INFINITY);
         let candidates = [Candidate::of(&session, from, true)];
         let tried = relatives(&session, &baseline, &candidates, &known, &mut Vec::new());

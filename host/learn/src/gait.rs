@@ -134,6 +134,20 @@ impl Gait {
     }
 }
 
+/// How the way of a robot that goes somewhere ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// There.
+    Arrived,
+    /// It stood, or ran against a wall, for a minute.
+    Stood,
+    /// Its supervisor stopped it, or its simulation diverged.
+    Stopped,
+    /// It was on its way when its time was over.
+    OutOfTime,
+}
+
 /// What an episode came to.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Played {
@@ -167,6 +181,20 @@ impl Played {
         let long = (STANDING_S / interval_s).round() as usize;
         let Some(place) = self.path.len().checked_sub(long + 1) else { return false };
         apart(&self.path[place], &self.path[self.path.len() - 1]) < STANDING_M
+    }
+
+    /// How its way ended, if it acted every `interval_s` for `patience_s` at most and is there or not.
+    #[must_use]
+    pub fn end(&self, is_there: bool, interval_s: f64, patience_s: f64) -> End {
+        if is_there {
+            End::Arrived
+        } else if self.stands(interval_s) {
+            End::Stood
+        } else if self.seconds < patience_s - 0.5 * interval_s {
+            End::Stopped
+        } else {
+            End::OutOfTime
+        }
     }
 
     /// Length of the path, m: through places half a second apart, within which the shaft turns a few times, whose to and fro is no way.

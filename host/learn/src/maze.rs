@@ -6,7 +6,7 @@ use sweep::VariantBuilder;
 use tasks::{Definition, DriveKind, Environments, Maze, MazeRun, Part, Task};
 
 use super::LearnError;
-use super::gait::{self, Gait, Played};
+use super::gait::{self, End, Gait, Played};
 use super::seeds;
 use super::settings::MazeSettings;
 use super::sides;
@@ -21,20 +21,6 @@ pub struct Outcome {
     pub left_m: f64,
     /// How it ended.
     pub end: End,
-}
-
-/// How a robot's way through a maze ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum End {
-    /// At the exit.
-    Exit,
-    /// It stood, or ran against a wall, for a minute.
-    Stood,
-    /// Its supervisor stopped it, or its simulation diverged.
-    Stopped,
-    /// It was on its way when its time was over.
-    OutOfTime,
 }
 
 impl MazeSettings {
@@ -102,16 +88,8 @@ pub fn judged(
 
 fn outcome(played: &Played, maze: &Maze, settings: &MazeSettings) -> Outcome {
     let last = played.path.last().map_or(maze.start(), |pose| [pose.x, pose.y]);
-    let end = if maze.at_exit(last) {
-        End::Exit
-    } else if played.stands(settings.interval_s) {
-        End::Stood
-    } else if played.seconds < settings.patience_s - 0.5 * settings.interval_s {
-        End::Stopped
-    } else {
-        End::OutOfTime
-    };
-    Outcome { reached_s: (end == End::Exit).then_some(played.seconds), left_m: maze.distance_to_exit(last), end }
+    let end = played.end(maze.at_exit(last), settings.interval_s, settings.patience_s);
+    Outcome { reached_s: (end == End::Arrived).then_some(played.seconds), left_m: maze.distance_to_exit(last), end }
 }
 
 #[cfg(test)]
@@ -140,7 +118,7 @@ mod tests {
         let settings = MazeSettings { patience_s: 100.0, interval_s: 10.0, ..MazeSettings::default() };
         let end = |path: Vec<[f64; 2]>, seconds: f64| outcome(&played(path, seconds), &maze, &settings).end;
         let way = |count: usize, step: f64| (0..count).map(|i| [step * i as f64, 0.4]).collect::<Vec<_>>();
-        assert_eq!(end(vec![[0.0, 0.4], [0.78, 0.02]], 20.0), End::Exit);
+        assert_eq!(end(vec![[0.0, 0.4], [0.78, 0.02]], 20.0), End::Arrived);
         assert_eq!(end(way(7, 1e-4), 60.0), End::Stood);
         assert_eq!(end(way(6, 1e-4), 50.0), End::Stopped, "it did not stand for a minute yet");
         assert_eq!(end(way(11, 0.01), 100.0), End::OutOfTime);

@@ -8,7 +8,7 @@ use sweep::VariantBuilder;
 use tasks::{Definition, DriveKind, Environments, Straight, Task};
 
 use super::LearnError;
-use super::gait::{self, Gait, Played, SIDE_BY_SIDE};
+use super::gait::{self, End, Gait, Played, SIDE_BY_SIDE};
 use super::seeds;
 use super::settings::Straightness;
 use super::sides::{self, BACKWARD, FORWARD};
@@ -119,6 +119,8 @@ pub struct Steered {
     pub farthest_off_mm: f64,
     /// How far it came, mm.
     pub ahead_mm: f64,
+    /// How it ended.
+    pub end: End,
 }
 
 /// Robots drawn from the file's spreads steer along a line with controller, motor and sensor: +F or −F, whichever turns towards it.
@@ -134,7 +136,7 @@ pub fn steered(
 ) -> Result<Vec<Steered>, LearnError> {
     let mut definition =
         Definition { episode_s: settings.patience_s, drive: DriveKind::Motor, ..settings.definition() };
-    definition.randomization.share = 1.0;
+    definition.randomization.share = settings.randomize;
     let lookahead = settings.lookahead_m / definition.length_unit_m;
     let gait = Gait::Pursuit { actions: found.steering(), lookahead, way: Way::along_x() };
     let seeds: Vec<u64> = (0..robots as u64).map(|i| seeds::STRAIGHT_JUDGED + i).collect();
@@ -162,6 +164,7 @@ fn result(played: &Played, settings: &Straightness) -> Steered {
         arrived_s: arrived.map(|steps| steps as f64 * settings.interval_s),
         farthest_off_mm: 1e3 * walked.iter().fold(0.0, |most, pose| pose.y.abs().max(most)),
         ahead_mm: 1e3 * walked.last().map_or(0.0, |pose| pose.x),
+        end: played.end(arrived.is_some(), settings.interval_s, settings.patience_s),
     }
 }
 
@@ -205,9 +208,9 @@ mod tests {
         let pose = |x: f64, y: f64| Pose { x, y, heading: 0.0 };
         let path = vec![pose(0.0, 0.0), pose(0.1, -0.003), pose(0.21, 0.001), pose(0.3, 0.2)];
         let found = result(&Played { path: path.clone(), ..Played::default() }, &settings);
-        assert_eq!((found.arrived_s, found.ahead_mm), (Some(0.2), 210.0));
+        assert_eq!((found.arrived_s, found.ahead_mm, found.end), (Some(0.2), 210.0, End::Arrived));
         assert!((found.farthest_off_mm - 3.0).abs() < 1e-9);
         let found = result(&Played { path: path[..2].to_vec(), ..Played::default() }, &settings);
-        assert_eq!((found.arrived_s, found.ahead_mm), (None, 100.0));
+        assert_eq!((found.arrived_s, found.ahead_mm, found.end), (None, 100.0, End::Stopped));
     }
 }

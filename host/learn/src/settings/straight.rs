@@ -29,6 +29,8 @@ pub struct Straightness {
     pub distance_m: f64,
     /// In so much time, s.
     pub patience_s: f64,
+    /// Share of the robot file's spreads from which the robots are drawn that steer.
+    pub randomize: f64,
 }
 
 impl Default for Straightness {
@@ -43,6 +45,7 @@ impl Default for Straightness {
             lookahead_m: 0.015,
             distance_m: 0.2,
             patience_s: 600.0,
+            randomize: 1.0,
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use ::learn::maze::{self, End, Outcome};
+use ::learn::gait::End;
+use ::learn::maze::{self, Outcome};
 use ::learn::{Gait, LearnError, MazeSettings, sides};
 use clap::{Args, ValueEnum};
 use hal_sim::body::Track;
@@ -185,7 +186,7 @@ fn shown(output: &Output) -> String {
         let median = common::statistics::quantile(&mut times, 0.5);
         vec![
             name.to_owned(),
-            format!("{} of {}", count(End::Exit), outcomes.len()),
+            format!("{} of {}", count(End::Arrived), outcomes.len()),
             median.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0}")),
             count(End::Stood),
             count(End::Stopped),

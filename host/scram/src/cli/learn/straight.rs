@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ::learn::gait::End;
 use ::learn::straight::{self, Found, STRAIGHT_TURNS_PER_M, Steered, Walked};
 use clap::Args;
 use miette::{IntoDiagnostic, Report};
@@ -77,7 +78,7 @@ impl StraightCommand {
         }
         print(&shown(&found, settings.straight.frequency_hz));
         if !steered.is_empty() {
-            print(&steered_words(&steered, settings.straight.distance_m, settings.straight.patience_s));
+            print(&format!("\n{}", steered_table(&steered, settings.straight.distance_m)));
         }
         written(out, &[FOUND, PICTURE, SETTINGS]);
         Ok(())
@@ -121,16 +122,26 @@ fn shown(found: &Found, hz: f64) -> String {
     format!("{text}\n{words}")
 }
 
-fn steered_words(steered: &[Steered], distance_m: f64, patience_s: f64) -> String {
-    let arrived = steered.iter().filter(|one| one.arrived_s.is_some()).count();
-    let within = steered.iter().filter(|one| one.arrived_s.is_some() && one.farthest_off_mm < OFF_MM).count();
-    let farthest = steered.iter().map(|one| one.farthest_off_mm).fold(0.0, f64::max);
-    format!(
-        "steering by the pose: {arrived} of {} robots walked {:.0} mm within {patience_s:.0} s, {within} of them without leaving \
-         the line by {OFF_MM:.0} mm; none of all was farther off than {farthest:.1} mm",
-        steered.len(),
-        1e3 * distance_m,
-    )
+fn steered_table(steered: &[Steered], distance_m: f64) -> String {
+    let walked = format!("walked {:.0} mm", 1e3 * distance_m);
+    let within = format!("within {OFF_MM:.0} mm of the line");
+    let header =
+        ["drawn robots", &walked, &within, "median / s", "farthest off / mm", "stood", "stopped", "out of time"];
+    let count = |is: &dyn Fn(&Steered) -> bool| steered.iter().filter(|one| is(one)).count().to_string();
+    let ended = |end: End| count(&|one| one.end == end);
+    let mut times: Vec<f64> = steered.iter().filter_map(|one| one.arrived_s).collect();
+    let median = common::statistics::quantile(&mut times, 0.5);
+    let row = vec![
+        "by their pose".to_owned(),
+        format!("{} of {}", ended(End::Arrived), steered.len()),
+        count(&|one| one.end == End::Arrived && one.farthest_off_mm < OFF_MM),
+        median.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0}")),
+        format!("{:.1}", steered.iter().map(|one| one.farthest_off_mm).fold(0.0, f64::max)),
+        ended(End::Stood),
+        ended(End::Stopped),
+        ended(End::OutOfTime),
+    ];
+    table::columns(&header, [row])
 }
 
 fn picture(found: &Found) -> Result<String, Report> {
