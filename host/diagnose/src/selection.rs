@@ -191,6 +191,12 @@ impl Selection<'_> {
                 || gained > (PAYS_OF_EXCESS * excess).max(PAYS_OF_NOISE * self.noise))
     }
 
+    /// Whether a pair takes so much more away than a single effect that its second one is more than the single one's law in another form.
+    fn second_pays(&self, pair: &Candidate, single: &Candidate) -> bool {
+        let excess = self.baseline.mean_square() - self.noise;
+        single.mean_square() - pair.mean_square() > SECOND_PAYS * excess
+    }
+
     /// Of some models, those that hold the best one as often as [`confidence_set`] says.
     fn confidence_set(&self, models: &[usize]) -> Vec<usize> {
         let errors = |&i: &usize| &self.candidates[i].evaluation.errors;
@@ -233,16 +239,23 @@ impl Selection<'_> {
         if !alarm {
             return nothing;
         }
-        for effects in [1, 2] {
-            let reached: Vec<usize> = (0..self.candidates.len())
-                .filter(|&i| self.candidates[i].effects.len() == effects && self.is_sized(&self.candidates[i]))
-                .filter(|&i| !self.is_out(&self.candidates[i]))
-                .filter(|&i| self.reaches(&self.candidates[i]))
-                .filter(|&i| self.beats(&self.candidates[i], self.baseline))
-                .collect();
-            if !reached.is_empty() {
-                return self.among(&reached, Verdict::Explained);
-            }
+        let standing = |effects: usize, is_enough: &dyn Fn(&Candidate) -> bool| {
+            let stands = |model: &Candidate| {
+                let is_whole = model.effects.len() == effects && self.is_sized(model) && !self.is_out(model);
+                is_whole && is_enough(model) && self.beats(model, self.baseline)
+            };
+            (0..self.candidates.len()).filter(|&i| stands(&self.candidates[i])).collect::<Vec<usize>>()
+        };
+        let reaches = |model: &Candidate| self.reaches(model);
+        let singles = standing(1, &reaches);
+        if !singles.is_empty() {
+            return self.among(&singles, Verdict::Explained);
+        }
+        let pairs = standing(2, &reaches);
+        if let Some(best) = self.best_of(&pairs) {
+            // What is near enough to the floor for a pair is so for an effect beside which no second one pays.
+            let alone = standing(1, &|model| !self.second_pays(&self.candidates[best], model));
+            return self.among(if alone.is_empty() { &pairs } else { &alone }, Verdict::Explained);
         }
         if !leaves_much(self.noise, self.baseline) {
             return nothing;
@@ -250,13 +263,11 @@ impl Selection<'_> {
         self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, class: Vec::new() })
     }
 
-    /// The decision for a pair of the named effect, or of one that does as well, and another, where the second one takes away so much
-    /// that it is more than the named one's law in another form.
+    /// The decision for a pair of the named effect, or of one that does as well, and another, where the second one pays.
     #[must_use]
     pub fn with_second(&self, decision: &Decision) -> Option<Decision> {
         let single = &self.candidates[decision.named()?];
-        let excess = self.baseline.mean_square() - self.noise;
-        let pays = |pair: &Candidate| pair.sized && single.mean_square() - pair.mean_square() > SECOND_PAYS * excess;
+        let pays = |pair: &Candidate| pair.sized && self.second_pays(pair, single);
         let as_good: Vec<&Id> = decision.class.iter().flat_map(|&i| &self.candidates[i].effects).collect();
         let is_of_them =
             |pair: &Candidate| pair.effects.len() == 2 && pair.effects.iter().any(|one| as_good.contains(&one));
@@ -480,6 +491,17 @@ mod tests {
         ];
         // Beyond doubt behind, by too little to matter; held samples are the fourth, and so nowhere.
         assert_eq!(decide(9.0, &candidates).class, [0, 2, 3, 4, 5]);
+    }
+
+    #[test]
+    fn a_pair_that_does_no_better_than_one_of_its_effects_is_not_named_for_it() {
+        // A trace that is too large for a single effect, and not for a pair.
+        let named = |pair: f64| {
+            let candidates = [model(&["load_friction"], 1.29), model(&["driver_deadband", "load_friction"], pair)];
+            decide(11.0, &candidates).named()
+        };
+        assert_eq!(named(1.28), Some(0));
+        assert_eq!(named(0.8), Some(1));
     }
 
     #[test]
