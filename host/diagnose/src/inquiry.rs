@@ -307,10 +307,10 @@ impl<'a> Inquiry<'a> {
     fn ask_what_is_left(&self, found: &mut Found, effects: &[Id]) {
         let single = search::singles(&found.candidates).first().copied();
         let error = |place: usize| found.candidates[place].mean_square();
-        let mut best: Vec<usize> = (0..found.candidates.len()).filter(|place| Some(*place) != single).collect();
+        let least = search::best(&found.candidates).map_or(0.0, Candidate::mean_square);
+        let does_as_well = |place: &usize| Some(*place) != single && error(*place) <= AS_WELL * least;
+        let mut best: Vec<usize> = (0..found.candidates.len()).filter(does_as_well).collect();
         best.sort_by(|&a, &b| error(a).total_cmp(&error(b)));
-        let least = best.first().map_or(0.0, |&place| error(place));
-        best.retain(|&place| error(place) <= AS_WELL * least);
         for place in single.into_iter().chain(best.into_iter().take(MOST_ASKED)) {
             let model = &found.candidates[place];
             if model.refuted {

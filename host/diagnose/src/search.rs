@@ -198,18 +198,12 @@ pub fn floor(session: &Session, candidates: &[Candidate]) -> f64 {
 /// The model with the least held-out error.
 #[must_use]
 pub fn best(candidates: &[Candidate]) -> Option<&Candidate> {
-    place_of_best(candidates).map(|place| &candidates[place])
+    best_of(candidates.iter())
 }
 
 /// The same of some of them.
 pub fn best_of<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> Option<&'a Candidate> {
     candidates.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
-}
-
-/// Where it is among them.
-#[must_use]
-pub fn place_of_best(candidates: &[Candidate]) -> Option<usize> {
-    (0..candidates.len()).min_by(|&a, &b| candidates[a].mean_square().total_cmp(&candidates[b].mean_square()))
 }
 
 /// Places of the single effects, the best one first.
