@@ -46,8 +46,9 @@ const AROUND: f64 = 0.02;
 /// What takes most of a misfit away leaves at most this share of the mean square error.
 const MOST: f64 = 0.5;
 
-/// Models do as well as the best up to this factor of its mean square error, and so many are asked for noise in what they leave.
+/// Models do as well as the best up to this factor of its mean square error.
 const AS_WELL: f64 = 1.01;
+/// Of those so many are asked whether they leave noise.
 const MOST_ASKED: usize = 3;
 
 /// What is asked.
@@ -234,17 +235,14 @@ impl<'a> Inquiry<'a> {
     /// Looks for a second effect where one explains the misfit, and takes back names that what is left then speaks against: what a
     /// friction leaves for want of the second one does not.
     fn ask_further(&self, found: &mut Found, effects: &[Id]) {
-        let mut asked = None;
-        loop {
-            let single = found.explained_by_one();
-            if let Some(named) = single {
-                self.second(found, named, effects);
-                asked = single;
-            }
+        if found.explained_by_one().is_none() {
             self.refute(found, effects);
-            if found.explained_by_one().is_none_or(|named| asked == Some(named)) {
-                return;
-            }
+        }
+        let mut asked = None;
+        while let Some(named) = found.explained_by_one().filter(|&named| asked != Some(named)) {
+            self.second(found, named, effects);
+            asked = Some(named);
+            self.refute(found, effects);
         }
     }
 

@@ -422,7 +422,7 @@ fn take_later(means: &[f64], later: f64, out: &mut [f64]) {
     let at = |place: usize| means.get(place).or(means.last()).copied().unwrap_or(0.0);
     for (place, value) in out.iter_mut().enumerate() {
         let [now, next] = [0, 1].map(|ahead| at(place + whole as usize + ahead));
-        *value = if later == whole { now } else { now + (later - whole) * (next - now) };
+        *value = now + (later - whole) * (next - now);
     }
 }
 

@@ -131,15 +131,8 @@ fn with_friction(robot: &Robot, session: &Session, baseline: &Candidate, options
     if robot.effects.listed().any(|id| kinds.contains(&id)) {
         return None;
     }
-    let wanted: Vec<Wanted> = kinds
-        .iter()
-        .map(|&id| Wanted {
-            effects: vec![id],
-            from: baseline.fit.clone(),
-            starts: session.all_starts(&[id]),
-            suited: false,
-        })
-        .collect();
+    let wanted: Vec<Wanted> =
+        kinds.iter().map(|&id| Wanted::new(vec![id], baseline.fit.clone(), session.all_starts(&[id]))).collect();
     let mut candidates = try_all(session, &wanted, (kinds.len(), f64::INFINITY), &|| ());
     refit_the_simplest(session, &mut candidates);
     let bootstrap = Bootstrap::new(baseline.evaluation.errors.len(), options.seed);

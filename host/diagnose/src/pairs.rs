@@ -109,12 +109,13 @@ fn relatives(
             if !is_known {
                 let starts = session.all_starts(&effects);
                 looked_at.push(effects.clone());
-                wanted.push(Wanted { effects, from: pair.fit.without(&session.model, effect), starts, suited: true });
+                let from = pair.fit.without(&session.model, effect);
+                wanted.push(Wanted { suited: true, ..Wanted::new(effects, from, starts) });
             }
         }
     }
-    let least = leading.first().map_or(f64::INFINITY, |best| session.coarse_cost(&best.fit));
-    try_all(session, &wanted, (MOST_FURTHER, least), &|| ())
+    let Some(best) = leading.first().filter(|_| !wanted.is_empty()) else { return Vec::new() };
+    try_all(session, &wanted, (MOST_FURTHER, session.coarse_cost(&best.fit)), &|| ())
 }
 
 /// Two effects in the order of the catalogue.
@@ -169,7 +170,7 @@ fn pairs(
         let effects = pair_of(first.effects[0], second);
         let known = candidates.iter().any(|one| one.effects == effects);
         if !known && !first.effects[0].overlaps(second) && !wanted.iter().any(|one| one.effects == effects) {
-            wanted.push(Wanted { effects, from, starts: starts.to_vec(), suited: false });
+            wanted.push(Wanted::new(effects, from, starts.to_vec()));
         }
     };
     for first in singles.iter().take(LEADING) {
@@ -190,7 +191,7 @@ fn pairs(
         if known.into_iter().all(|one| *one != effects)
             && let (Some(first), Some(second)) = (alone(effects[0]), alone(effects[1]))
         {
-            wanted.push(Wanted { effects, from: first.fit.knowing(&second.fit), starts: vec![0], suited: false });
+            wanted.push(Wanted::new(effects, first.fit.knowing(&second.fit), vec![0]));
         }
     }
     try_all(session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ())
@@ -200,8 +201,7 @@ fn pairs(
 #[must_use]
 pub fn beside(session: &Session, single: &Candidate, proposals: &[Proposal]) -> Vec<Candidate> {
     let with = |second: &Proposal| {
-        let effects = pair_of(single.effects[0], second.effect);
-        Wanted { effects, from: single.fit.clone(), starts: second.starts.clone(), suited: false }
+        Wanted::new(pair_of(single.effects[0], second.effect), single.fit.clone(), second.starts.clone())
     };
     let wanted: Vec<Wanted> = proposals
         .iter()
@@ -247,10 +247,9 @@ mod tests {
         let baseline = judged(&mut session, fit);
         let id = |name: &str| Id::all().find(|id| id.name() == name).unwrap();
         let (drag, drop) = (id("quadratic_drag"), id("driver_drop"));
-        let mut effects = vec![drag, drop];
-        effects.sort();
+        let effects = pair_of(drag, drop);
         let starts = session.all_starts(&effects);
-        let wanted = [Wanted { effects, from: baseline.fit.clone(), starts, suited: false }];
+        let wanted = [Wanted::new(effects, baseline.fit.clone(), starts)];
         let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
         assert!(reaches(session.noise, &baseline, &candidates[0]), "the pair stands at the floor");
         apart(&session, &baseline, &mut candidates);
@@ -274,7 +273,7 @@ mod tests {
         let wanted = [["quadratic_drag", "driver_drop"], ["cubic_drag", "driver_drop"]].map(|names| {
             let effects = pair(names);
             let starts = session.all_starts(&effects);
-            Wanted { effects, from: fit.clone(), starts, suited: false }
+            Wanted::new(effects, fit.clone(), starts)
         });
         let mut candidates = try_all(&session, &wanted, (MOST_FURTHER, f64::INFINITY), &|| ());
         // Which of them were tried alone makes no difference.

@@ -103,8 +103,15 @@ pub(super) struct Wanted {
     pub from: Fit,
     /// Starting points of what that fit does not have.
     pub starts: Vec<usize>,
-    /// Those numbers stay until the others suit them.
+    /// The numbers of that fit stay until the others suit them.
     pub suited: bool,
+}
+
+impl Wanted {
+    /// All numbers are moved at once.
+    pub fn new(effects: Vec<Id>, from: Fit, starts: Vec<usize>) -> Self {
+        Self { effects, from, starts, suited: false }
+    }
 }
 
 /// Every effect that a diagnosis tries and some that are asked for, as far as the file lacks them and these runs can show them.
@@ -246,15 +253,8 @@ fn alone(
     least: f64,
     done: &(dyn Fn() + Sync),
 ) -> Vec<Candidate> {
-    let wanted: Vec<Wanted> = proposals
-        .iter()
-        .map(|one| Wanted {
-            effects: vec![one.effect],
-            from: baseline.fit.clone(),
-            starts: one.starts.clone(),
-            suited: false,
-        })
-        .collect();
+    let wanted: Vec<Wanted> =
+        proposals.iter().map(|one| Wanted::new(vec![one.effect], baseline.fit.clone(), one.starts.clone())).collect();
     try_all(session, &wanted, (MOST_SINGLE, least), done)
 }
 

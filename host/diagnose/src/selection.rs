@@ -239,28 +239,29 @@ impl Selection<'_> {
         if !alarm {
             return nothing;
         }
-        let standing = |effects: usize, is_enough: &dyn Fn(&Candidate) -> bool| {
-            let stands = |model: &Candidate| {
-                let is_whole = model.effects.len() == effects && self.is_sized(model) && !self.is_out(model);
-                is_whole && is_enough(model) && self.beats(model, self.baseline)
-            };
-            (0..self.candidates.len()).filter(|&i| stands(&self.candidates[i])).collect::<Vec<usize>>()
-        };
-        let reaches = |model: &Candidate| self.reaches(model);
-        let singles = standing(1, &reaches);
+        let singles = self.standing(1, |model| self.reaches(model));
         if !singles.is_empty() {
             return self.among(&singles, Verdict::Explained);
         }
-        let pairs = standing(2, &reaches);
+        let pairs = self.standing(2, |model| self.reaches(model));
         if let Some(best) = self.best_of(&pairs) {
             // What is near enough to the floor for a pair is so for an effect beside which no second one pays.
-            let alone = standing(1, &|model| !self.second_pays(&self.candidates[best], model));
+            let alone = self.standing(1, |model| !self.second_pays(&self.candidates[best], model));
             return self.among(if alone.is_empty() { &pairs } else { &alone }, Verdict::Explained);
         }
         if !leaves_much(self.noise, self.baseline) {
             return nothing;
         }
         self.partial().unwrap_or(Decision { verdict: Verdict::Unexplained, class: Vec::new() })
+    }
+
+    /// Models of so many effects that are there, were not taken back, are enough and clearly beat the nominal one.
+    fn standing(&self, effects: usize, is_enough: impl Fn(&Candidate) -> bool) -> Vec<usize> {
+        let stands = |model: &Candidate| {
+            let is_there = model.effects.len() == effects && self.is_sized(model) && !self.is_out(model);
+            is_there && is_enough(model) && self.beats(model, self.baseline)
+        };
+        (0..self.candidates.len()).filter(|&i| stands(&self.candidates[i])).collect()
     }
 
     /// The decision for a pair of the named effect, or of one that does as well, and another, where the second one pays.

@@ -15,7 +15,7 @@ use tasks::Maze;
 
 use super::super::run_directory::LEARNED;
 use super::super::{Done, print, print_json, say, table, write};
-use super::{Options, SETTINGS, bar, written};
+use super::{Options, SETTINGS, bar, ended, written};
 
 /// What is written.
 const FOUND: &str = "maze.json";
@@ -181,17 +181,8 @@ fn shown(output: &Output) -> String {
     }
     let header = ["drawn robots", "at the exit", "median / s", "stood", "stopped", "out of time"];
     let row = |name: &str, outcomes: &[Outcome]| {
-        let count = |end: End| outcomes.iter().filter(|one| one.end == end).count().to_string();
-        let mut times: Vec<f64> = outcomes.iter().filter_map(|one| one.reached_s).collect();
-        let median = common::statistics::quantile(&mut times, 0.5);
-        vec![
-            name.to_owned(),
-            format!("{} of {}", count(End::Arrived), outcomes.len()),
-            median.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0}")),
-            count(End::Stood),
-            count(End::Stopped),
-            count(End::OutOfTime),
-        ]
+        let ended = ended(outcomes.iter().map(|one| (one.end, one.reached_s)));
+        std::iter::once(name.to_owned()).chain(ended).collect::<Vec<_>>()
     };
     let rows = [row("by their pose", &output.by_pose), row("by the file's robot's script", &output.by_script)];
     format!("{first}\n\n{}", table::columns(&header, rows))

@@ -8,6 +8,7 @@ mod turn;
 
 use std::path::{Path, PathBuf};
 
+use ::learn::gait::End;
 use ::learn::{Direction, Settings};
 use clap::{Args, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -124,6 +125,21 @@ fn read<T: DeserializeOwned>(path: &Path, is_none: &str) -> Result<T, Report> {
 fn written(out: &Path, names: &[&str]) {
     let files: Vec<String> = names.iter().map(|name| out.join(name).display().to_string()).collect();
     print(&format!("written: {}", files.join(", ")));
+}
+
+/// For a table, of the ends of robots' ways and how long those took that arrived, s: how many of all arrived, the median of their times, and how
+/// many stood, were stopped and ran out of time.
+fn ended(ways: impl Iterator<Item = (End, Option<f64>)>) -> [String; 5] {
+    let (ends, times): (Vec<End>, Vec<Option<f64>>) = ways.unzip();
+    let count = |end: End| ends.iter().filter(|one| **one == end).count().to_string();
+    let median = common::statistics::quantile(&mut times.into_iter().flatten().collect::<Vec<_>>(), 0.5);
+    [
+        format!("{} of {}", count(End::Arrived), ends.len()),
+        median.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0}")),
+        count(End::Stood),
+        count(End::Stopped),
+        count(End::OutOfTime),
+    ]
 }
 
 fn bar(length: usize, done: usize) -> ProgressBar {

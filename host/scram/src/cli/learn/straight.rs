@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::super::run_directory::LEARNED;
 use super::super::{Done, print, print_json, say, table, write};
-use super::{Options, SETTINGS, bar, written};
+use super::{Options, SETTINGS, bar, ended, written};
 
 /// Files of a search.
 const FOUND: &str = "straight.json";
@@ -127,19 +127,17 @@ fn steered_table(steered: &[Steered], distance_m: f64) -> String {
     let within = format!("within {OFF_MM:.0} mm of the line");
     let header =
         ["drawn robots", &walked, &within, "median / s", "farthest off / mm", "stood", "stopped", "out of time"];
-    let count = |is: &dyn Fn(&Steered) -> bool| steered.iter().filter(|one| is(one)).count().to_string();
-    let ended = |end: End| count(&|one| one.end == end);
-    let mut times: Vec<f64> = steered.iter().filter_map(|one| one.arrived_s).collect();
-    let median = common::statistics::quantile(&mut times, 0.5);
+    let is_within = |one: &&Steered| one.end == End::Arrived && one.farthest_off_mm < OFF_MM;
+    let [arrived, median, stood, stopped, out_of_time] = ended(steered.iter().map(|one| (one.end, one.arrived_s)));
     let row = vec![
         "by their pose".to_owned(),
-        format!("{} of {}", ended(End::Arrived), steered.len()),
-        count(&|one| one.end == End::Arrived && one.farthest_off_mm < OFF_MM),
-        median.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0}")),
+        arrived,
+        steered.iter().filter(is_within).count().to_string(),
+        median,
         format!("{:.1}", steered.iter().map(|one| one.farthest_off_mm).fold(0.0, f64::max)),
-        ended(End::Stood),
-        ended(End::Stopped),
-        ended(End::OutOfTime),
+        stood,
+        stopped,
+        out_of_time,
     ];
     table::columns(&header, [row])
 }
