@@ -8,12 +8,16 @@ use crate::spec::Spec;
 /// Voltage that a bridge takes against the current.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct BridgeDrop {
-    /// Drop at zero current, V.
+    /// Drop beside its rise with the current, V.
     pub drop_v: f64,
+    /// Current from which on that drop is there in full, and below in proportion to it, A.
+    pub knee_a: f64,
     /// Rise of the drop with current, Ω.
     pub slope_ohm: f64,
     /// More while it switches, in proportion to its supply, V/V.
     pub of_supply: f64,
+    /// Current from which on `of_supply` is lost in full, and below in proportion to it, A.
+    pub switching_knee_a: f64,
     /// So near to full duty `of_supply` falls to nothing, in proportion to what is left, 1.
     pub fades_within: f64,
     /// Taken from what the command asks for, as far as it goes, whichever way the current flows, V.
@@ -39,6 +43,38 @@ impl BridgeDrop {
             self.of_supply * left / self.fades_within
         } else {
             self.of_supply
+        }
+    }
+
+    /// The current (A) that a voltage (V, not negative) drives through a conductance (A/V, that of `slope_ohm` within) where
+    /// switching takes `switching_v` of a current beyond its knee; and how much more it is for a volt more, A/V.
+    #[inline]
+    #[must_use]
+    pub fn current(&self, voltage: f64, switching_v: f64, conductance: f64) -> (f64, f64) {
+        let current = (voltage - (self.drop_v + switching_v)) * conductance;
+        let knee_a = self.knee_a.max(self.switching_knee_a);
+        if current > knee_a {
+            (current, conductance)
+        } else if knee_a > 0.0 {
+            self.below_a_knee(voltage, switching_v, 1.0 / conductance)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+
+    /// As [`Self::current`], of a current below at least one knee: what is lost in proportion is one more resistance.
+    fn below_a_knee(&self, voltage: f64, switching_v: f64, resistance: f64) -> (f64, f64) {
+        let (own, switching) = ((self.knee_a, self.drop_v), (self.switching_knee_a, switching_v));
+        let [lower, upper] = if self.knee_a < self.switching_knee_a { [own, switching] } else { [switching, own] };
+        let below_upper = resistance + upper.1 / upper.0;
+        let current = (voltage - lower.1) / below_upper;
+        if current > lower.0 {
+            (current, 1.0 / below_upper)
+        } else if lower.0 > 0.0 {
+            let below_both = below_upper + lower.1 / lower.0;
+            (voltage / below_both, 1.0 / below_both)
+        } else {
+            (0.0, 0.0)
         }
     }
 }

@@ -522,7 +522,9 @@ impl SimulatedRobot {
     fn blocked(&mut self, terminals: Terminals) -> StepMeans {
         let current = match terminals {
             Terminals::Driven { voltage } => self.stepper.shaft().settled_current(voltage, 0.0, 0.0).0,
-            Terminals::Switched { voltage, drop_v } => self.stepper.shaft().settled_current(voltage, 0.0, drop_v).0,
+            Terminals::Switched { voltage, switching_v } => {
+                self.stepper.shaft().settled_current(voltage, 0.0, switching_v).0
+            }
             Terminals::Open => 0.0,
         };
         (self.state.speed, self.state.twist_rate) = (0.0, 0.0);

@@ -6,7 +6,8 @@
 //!   form for a speed that is linear in time over the step, and the torque uses its mean over the step: the electrical
 //!   time constant never forces the step.
 //! * Bridge: an H-bridge with slow decay, averaged over a PWM period. Where its transistors and diodes take `drop_v` against
-//!   the current, no current flows while `|v − K ω| < drop_v`, and `slope_ohm` adds to the winding's resistance.
+//!   the current, no current flows while `|v − K ω| < drop_v`, and `slope_ohm` adds to the winding's resistance. Of a current
+//!   below a loss's knee, that loss is one more resistance.
 //! * Shaft, thesis (4.2) with friction, the torques of effects `τ_e(θ)` and what else pulls at it from outside:
 //!   `J dω/dt = K i − b ω − g(ω, load)·s + τ_e(θ) + τ`.
 //! * Friction: Dahl's bristle (P. R. Dahl, "A solid friction model", 1968) in normalised form,
@@ -40,8 +41,8 @@ pub enum Terminals {
     Switched {
         /// duty × supply, V.
         voltage: f64,
-        /// Drop against the current beside the bridge's own, V.
-        drop_v: f64,
+        /// What a current beyond its knee loses by switching, beside the bridge's own drop, V.
+        switching_v: f64,
     },
     /// All switches off: the current dies within microseconds and the shaft coasts.
     Open,
@@ -295,23 +296,19 @@ impl Shaft {
         stepper
     }
 
-    /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad, behind a bridge with this
-    /// much of a drop (V) beside its own.
+    /// Current once the winding has settled at a speed, A, and its slope against speed, A·s/rad, behind a bridge that takes
+    /// this much (V) by switching.
     #[must_use]
-    pub fn settled_current(&self, voltage: f64, speed: f64, drop_v: f64) -> (f64, f64) {
+    pub fn settled_current(&self, voltage: f64, speed: f64, switching_v: f64) -> (f64, f64) {
         let bridge = self.laws.bridge();
-        self.settled(voltage, speed, bridge.drop_v + drop_v, 1.0 / (self.resistance_ohm + bridge.slope_ohm))
+        self.settled(voltage, speed, &bridge, switching_v, 1.0 / (self.resistance_ohm + bridge.slope_ohm))
     }
 
     #[inline]
-    fn settled(&self, voltage: f64, speed: f64, drop_v: f64, conductance: f64) -> (f64, f64) {
+    fn settled(&self, voltage: f64, speed: f64, bridge: &BridgeDrop, switching_v: f64, conductance: f64) -> (f64, f64) {
         let net = voltage - self.torque_constant * speed;
-        let excess = net.abs() - drop_v;
-        if excess <= 0.0 {
-            (0.0, 0.0)
-        } else {
-            (excess.copysign(net) * conductance, -self.torque_constant * conductance)
-        }
+        let (current, slope) = bridge.current(net.abs(), switching_v, conductance);
+        if slope == 0.0 { (0.0, 0.0) } else { (current.copysign(net), -self.torque_constant * slope) }
     }
 }
 
@@ -366,7 +363,7 @@ impl Stepper {
             return Terminals::Driven { voltage: duty * supply_v };
         }
         let voltage = self.bridge.commanded(duty, supply_v);
-        Terminals::Switched { voltage, drop_v: self.bridge.of_switched(duty) * supply_v }
+        Terminals::Switched { voltage, switching_v: self.bridge.of_switched(duty) * supply_v }
     }
 
     /// Speed of the motor, rad/s: the shaft's, but for a load behind a spring.
@@ -409,12 +406,11 @@ impl Stepper {
         let shaft = &self.shaft;
         let (settled, slope, winding) = match terminals {
             Terminals::Driven { voltage } => {
-                let (settled, slope) = shaft.settled(voltage, start_speed, self.bridge.drop_v, self.conductance);
+                let (settled, slope) = shaft.settled(voltage, start_speed, &self.bridge, 0.0, self.conductance);
                 (settled, slope, self.driven)
             }
-            Terminals::Switched { voltage, drop_v } => {
-                let drop_v = self.bridge.drop_v + drop_v;
-                let (settled, slope) = shaft.settled(voltage, start_speed, drop_v, self.conductance);
+            Terminals::Switched { voltage, switching_v } => {
+                let (settled, slope) = shaft.settled(voltage, start_speed, &self.bridge, switching_v, self.conductance);
                 (settled, slope, self.driven)
             }
             Terminals::Open => (0.0, 0.0, Winding::SETTLED),

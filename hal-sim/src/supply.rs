@@ -181,18 +181,19 @@ impl Supply {
         let supply_ohm = shaft.laws.supply_resistance();
         let commanded = bridge.commanded(duty, open_v);
         let lost_v = duty * open_v - commanded;
-        let drop_v = bridge.drop_v + bridge.of_switched(duty) * open_v;
+        let switching_v = bridge.of_switched(duty) * open_v;
         let net = commanded - shaft.torque_constant * speed;
-        let excess = (net.abs() - drop_v).max(0.0).copysign(net);
         let resistance = shaft.resistance_ohm + bridge.slope_ohm;
-        let current = excess / (resistance + duty * duty * supply_ohm);
+        let conductance = 1.0 / (resistance + duty * duty * supply_ohm);
+        let current = bridge.current(net.abs(), switching_v, conductance).0.copysign(net);
         let rail_v = (open_v - supply_ohm * duty * current).max(0.0);
         let bridge_a = duty * current;
         if let Some(cell) = &self.cell {
             let power_limit = cell.power_limit();
             if bridge_a + cell.logic_a > cell.limit_a || rail_v * (bridge_a + cell.logic_a) > power_limit {
-                // Voltage that the bridge must see before any current flows in this direction.
-                let opposing = shaft.torque_constant * speed + lost_v + drop_v.copysign(net);
+                // What is against a current beyond every knee.
+                let against = bridge.drop_v + switching_v;
+                let opposing = shaft.torque_constant * speed + lost_v + against.copysign(net);
                 let limited = limited_rail(cell, power_limit, duty, opposing, resistance);
                 return rail_v.min(limited).max(0.0);
             }

@@ -1,8 +1,9 @@
 //! `driver_dead_time`: in every PWM period the bridge is open for a while, and the current takes the diodes' way.
 //!
-//! `Δv = −V·lost·sign i` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches; no current flows while
-//! the winding's own voltage is less (N. Mohan, T. Undeland, W. Robbins, "Power Electronics", 2003, section 8.5: effect of
-//! blanking time). Near full duty drivers differ: one that delays every switching on loses as much as elsewhere, others drop the
+//! `Δv = −V·lost·sat(i/knee)` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches (N. Mohan, T. Undeland,
+//! W. Robbins, "Power Electronics", 2003, section 8.5: effect of blanking time). A current whose ripple passes zero takes the diodes of
+//! either side within one period: of a mean below half of the ripple only a part is lost (J.-W. Choi, S.-K. Sul, IEEE Transactions on
+//! Power Electronics 11, 1996). Without a knee no current flows while the winding's own voltage is less than the loss. Near full duty drivers differ: one that delays every switching on loses as much as elsewhere, others drop the
 //! pulses of the idle switch that are too short for it ("minimum pulse width", "pulse dropping"): there the loss falls to nothing. What
 //! the robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
 
@@ -17,6 +18,8 @@ pub struct DriverDeadTime {
     pub lost_duty: f64,
     /// Shortest pulse × PWM frequency, 1.
     pub shortest_duty: f64,
+    /// Current from which on all of it is lost, A.
+    pub knee_a: f64,
 }
 
 impl Effect for DriverDeadTime {
@@ -27,8 +30,9 @@ impl Effect for DriverDeadTime {
         summary: "Voltage lost against the current in every PWM period that switches.",
         title: "the driver's dead time",
         clause: "a share of every PWM period in which the bridge is open",
-        law: "v = duty·V − lost·V·sign i where 0 < |duty| < 1, lost = t_dead·f_pwm·min(1, (1 − |duty|)/shortest); i = 0 while |duty·V − K ω| < lost·V",
-        source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 8.5 (effect of blanking time)",
+        law: "v = duty·V − lost·V·sat(i/knee) where 0 < |duty| < 1, lost = t_dead·f_pwm·min(1, (1 − |duty|)/shortest), sat(x) = max(−1, min(x, 1))",
+        source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 8.5 (effect of blanking time); J.-W. Choi, S.-K. Sul, IEEE \
+                 Trans. Power Electronics 11, 1996 (a ripple that passes zero)",
         parameters: &[
             Parameter::new("lost_duty", "Dead time × PWM frequency.", 0.0, 0.5),
             Parameter::new(
@@ -36,6 +40,12 @@ impl Effect for DriverDeadTime {
                 "Shortest pulse × PWM frequency: where less is left to full duty, the loss falls to nothing; 0: never.",
                 0.0,
                 0.5,
+            ),
+            Parameter::new(
+                "knee_a",
+                "Mean current from which on all of it is lost, half of the ripple of a period: below it a part in proportion; 0: always all.",
+                0.0,
+                10.0,
             ),
         ],
         acts: Acts::Bridge,
@@ -61,20 +71,26 @@ impl Effect for DriverDeadTime {
     };
 
     fn from_values(values: &[f64]) -> Self {
-        Self { lost_duty: values[0], shortest_duty: values[1] }
+        Self { lost_duty: values[0], shortest_duty: values[1], knee_a: values[2] }
     }
 
     /// How near to full duty the loss ends only those recordings tell that come as near.
-    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
+    fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let shortest = "the distance to full duty within which dead time fades";
         vec![
             FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5]),
             FitNumber::log("shortest_duty", shortest, [0.03; 2], [1e-3, 0.2], 1.0),
+            FitNumber::knee("dead_time_knee_a", "the current from which on dead time counts in full", sizes),
         ]
     }
 
     #[inline]
     fn bridge(&self) -> BridgeDrop {
-        BridgeDrop { of_supply: self.lost_duty, fades_within: self.shortest_duty, ..BridgeDrop::default() }
+        BridgeDrop {
+            of_supply: self.lost_duty,
+            fades_within: self.shortest_duty,
+            switching_knee_a: self.knee_a,
+            ..BridgeDrop::default()
+        }
     }
 }

@@ -59,8 +59,10 @@ macro_rules! catalogue {
                 $(if acts::<$law>(Acts::Bridge) && let Some(law) = &self.$module {
                     let one = law.bridge();
                     sum.drop_v += one.drop_v;
+                    sum.knee_a += one.knee_a;
                     sum.slope_ohm += one.slope_ohm;
                     sum.of_supply += one.of_supply;
+                    sum.switching_knee_a += one.switching_knee_a;
                     sum.fades_within += one.fades_within;
                     sum.of_command_v += one.of_command_v;
                 })*

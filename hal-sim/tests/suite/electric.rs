@@ -3,8 +3,8 @@
 use crate::common::{LINEAR, STEP, apart, coulomb, default_robot, drive, run};
 use control::Actuation;
 use effects::{
-    BatteryDischarge, CommandLatency, DriverDeadTime, DriverDropByCommand, Effect, GreaseWarming, Laws, States,
-    WindingHeating,
+    BatteryDischarge, CommandLatency, DriverDeadTime, DriverDrop, DriverDropByCommand, Effect, GreaseWarming, Laws,
+    States, WindingHeating,
 };
 use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 use hal_sim::{Settings, SimulatedRobot};
@@ -46,8 +46,10 @@ fn a_drop_by_command_is_a_lower_voltage_whichever_way_the_current_flows() {
 
 #[test]
 fn dead_time_acts_against_the_current_and_only_where_it_switches() {
-    let shaft =
-        with(Laws { driver_dead_time: Some(DriverDeadTime { lost_duty: 0.05, shortest_duty: 0.04 }), ..Laws::NONE });
+    let shaft = with(Laws {
+        driver_dead_time: Some(DriverDeadTime { lost_duty: 0.05, shortest_duty: 0.04, knee_a: 0.0 }),
+        ..Laws::NONE
+    });
     let arrives = [(0.6, 0.55), (-0.6, -0.55), (0.03, 0.0), (0.95, 0.9), (0.98, 0.955), (1.0, 1.0), (-1.0, -1.0)];
     for (duty, arrives) in arrives {
         for supply_v in [5.0, 8.0] {
@@ -61,6 +63,36 @@ fn dead_time_acts_against_the_current_and_only_where_it_switches() {
     stepper.advance(&mut state, stepper.terminals(0.2, 5.0));
     let settled = (0.2 * 5.0 + 0.05 * 5.0 - LINEAR.torque_constant * 150.0) / LINEAR.resistance_ohm;
     assert!(apart(state.current, settled) < 1e-2, "{} A, {settled} expected", state.current);
+}
+
+#[test]
+fn of_a_current_below_its_knee_a_loss_takes_a_part() {
+    let drop = DriverDrop { drop_v: 0.4, knee_a: 0.01, slope_ohm: 2.0 };
+    let dead_time = DriverDeadTime { lost_duty: 0.05, shortest_duty: 0.0, knee_a: 0.02 };
+    let sharp = DriverDrop { knee_a: 0.0, ..drop };
+    let (supply_v, duty) = (5.0, 0.2);
+    for (drop, dead_time) in
+        [(Some(drop), None), (None, Some(dead_time)), (Some(drop), Some(dead_time)), (Some(sharp), Some(dead_time))]
+    {
+        let shaft = with(Laws { driver_drop: drop, driver_dead_time: dead_time, ..Laws::NONE });
+        let (voltage, switching_v) = match shaft.stepper(STEP).terminals(duty, supply_v) {
+            Terminals::Switched { voltage, switching_v } => (voltage, switching_v),
+            Terminals::Driven { voltage } => (voltage, 0.0),
+            Terminals::Open => panic!("a bridge that is driven is not open"),
+        };
+        for expected in [-0.06, -0.015, -5e-3, -1e-4, 1e-4, 5e-3, 0.015, 0.04] {
+            // Kirchhoff's law of the winding tells the speed at which this much current flows.
+            let in_full =
+                |knee_a: f64| if knee_a > 0.0 { (expected / knee_a).clamp(-1.0, 1.0) } else { expected.signum() };
+            let own = drop.map_or(0.0, |drop| drop.drop_v * in_full(drop.knee_a) + drop.slope_ohm * expected);
+            let switched = dead_time.map_or(0.0, |one| one.lost_duty * supply_v * in_full(one.knee_a));
+            let speed = (duty * supply_v - own - switched - LINEAR.resistance_ohm * expected) / LINEAR.torque_constant;
+            let (current, slope) = shaft.settled_current(voltage, speed, switching_v);
+            assert!((current - expected).abs() < 1e-12, "{current} A, {expected} expected");
+            let next = shaft.settled_current(voltage, speed - 1e-6, switching_v).0;
+            assert!(apart((next - current) / -1e-6, slope) < 1e-6, "slope {slope}");
+        }
+    }
 }
 
 fn quantity(value: f64) -> Quantity {

@@ -241,7 +241,8 @@ mod tests {
     #[test]
     fn an_effect_that_was_met_only_in_a_pair_is_tried_alone() {
         let mut rig = Rig::off();
-        rig.shaft.laws = Laws { driver_drop: Some(DriverDrop { drop_v: 0.4, slope_ohm: 0.0 }), ..Laws::NONE };
+        rig.shaft.laws =
+            Laws { driver_drop: Some(DriverDrop { drop_v: 0.4, knee_a: 0.0, slope_ohm: 0.0 }), ..Laws::NONE };
         let runs = rig.runs(3);
         let (mut session, fit) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
         let baseline = judged(&mut session, fit);
@@ -261,7 +262,8 @@ mod tests {
     #[test]
     fn what_a_pair_that_does_as_well_is_mistaken_for_is_tried_too() {
         let mut rig = Rig::off();
-        rig.shaft.laws = Laws { driver_drop: Some(DriverDrop { drop_v: 0.4, slope_ohm: 0.0 }), ..Laws::NONE };
+        rig.shaft.laws =
+            Laws { driver_drop: Some(DriverDrop { drop_v: 0.4, knee_a: 0.0, slope_ohm: 0.0 }), ..Laws::NONE };
         let runs = rig.runs(3);
         let (mut session, fit) = Session::open(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
         let baseline = judged(&mut session, fit.clone());

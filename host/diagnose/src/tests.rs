@@ -331,7 +331,7 @@ fn where_nothing_is_missing_no_curve_is_drawn() {
 
 #[test]
 fn driver_drop_is_found_and_its_slope_is_a_resistance() {
-    let law = DriverDrop { drop_v: 0.15, slope_ohm: 1.0 };
+    let law = DriverDrop { drop_v: 0.15, knee_a: 0.0, slope_ohm: 1.0 };
     assert_found(&changed(|rig| rig.shaft.laws.driver_drop = Some(law)), "driver_drop", "drop_v", 0.15);
 }
 

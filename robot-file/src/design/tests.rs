@@ -57,7 +57,10 @@ fn every_loss_of_the_bridge_is_taken_back() {
     let base = design(&default_robot()).unwrap().parameters.bridge;
     let bridge = |name, numbers: &[_]| design(&with_effect(name, numbers)).unwrap().parameters.bridge;
     let near = |value: f32, expected: f32| assert!((value - expected).abs() < 1e-5, "{value}, not {expected}");
-    near(bridge("driver_dead_time", &[("lost_duty", 0.04), ("shortest_duty", 0.0)]).drop, base.drop + 0.04 * base.rail);
+    near(
+        bridge("driver_dead_time", &[("lost_duty", 0.04), ("shortest_duty", 0.0), ("knee_a", 0.0)]).drop,
+        base.drop + 0.04 * base.rail,
+    );
     near(bridge("driver_deadband", &[("width_duty", 0.05)]).deadband, base.deadband + 0.05);
     near(bridge("driver_drop_by_command", &[("drop_v", 0.3)]).deadband, base.deadband + 0.3 / base.rail);
 }

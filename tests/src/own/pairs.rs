@@ -22,10 +22,12 @@ const EFFECTS: [(&str, &str, f64, f64); 5] = [
     ("coulomb_friction", "torque_nm", 3e-4, 9e-4),
 ];
 /// What else a table needs.
-const BESIDE: [(&str, &str, f64); 3] = [
+const BESIDE: [(&str, &str, f64); 5] = [
     ("coulomb_friction", "presliding_deg", 0.5),
+    ("driver_drop", "knee_a", 0.0),
     ("driver_drop", "slope_ohm", 0.0),
     ("driver_dead_time", "shortest_duty", 0.03),
+    ("driver_dead_time", "knee_a", 0.0),
 ];
 const ENCODER: &str = "kind = \"encoder\"\n\
     counts_per_turn = { value = 4096, low = 4096, high = 4096, source = \"test\" }\n\

@@ -30,7 +30,7 @@ pub const FULL: Shaft = Shaft {
         }),
         load_friction: Some(LoadFriction { coefficient: 0.05, presliding_rad: 3e-3 }),
         gravity_tilt: Some(GravityTilt { torque_nm: 0.29e-3, direction_rad: 0.7 }),
-        driver_drop: Some(DriverDrop { drop_v: 2.07, slope_ohm: 0.89 }),
+        driver_drop: Some(DriverDrop { drop_v: 2.07, knee_a: 0.0, slope_ohm: 0.89 }),
         ..Laws::NONE
     },
     ..LINEAR

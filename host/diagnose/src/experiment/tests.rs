@@ -22,6 +22,7 @@ fn bench(effect: &str) -> Robot {
 
 const DROP: &str = "[effects.driver_drop]\n\
     drop_v = { value = 0.8, low = 0.8, high = 0.8, source = \"test\" }\n\
+    knee_a = { value = 0, low = 0, high = 0, source = \"test\" }\n\
     slope_ohm = { value = 0, low = 0, high = 0, source = \"test\" }\n";
 const DEADBAND: &str = "[effects.driver_deadband]\n\
     width_duty = { value = 0.16, low = 0.16, high = 0.16, source = \"test\" }\n";
@@ -73,7 +74,8 @@ fn what_is_expected_is_what_recordings_show() {
 fn two_models_that_no_drive_tells_apart_do_not_hide_a_third() {
     // Of one supply, a dead time takes as much as a drop until the duty is full: this pair stays near 1 whatever the drive.
     let dead_time = "[effects.driver_dead_time]\nlost_duty = { value = 0.16, low = 0.16, high = 0.16, source = \"test\" }\n\
-         shortest_duty = { value = 0, low = 0, high = 0, source = \"test\" }\n";
+         shortest_duty = { value = 0, low = 0, high = 0, source = \"test\" }\n\
+         knee_a = { value = 0, low = 0, high = 0, source = \"test\" }\n";
     let models = [bench(DROP), bench(dead_time), bench(DEADBAND)];
     let found = design_experiment(&models, 6.0, &Options::default()).unwrap();
     let of = |pair: [usize; 2]| {

@@ -323,7 +323,11 @@ fn hysteresis_comes_back() {
 #[test]
 fn drops_of_the_bridge_come_back() {
     comes_back("driver_drop_by_command", &[("drop_v", 0.6)], &[0.01]);
-    comes_back("driver_dead_time", &[("lost_duty", 0.06), ("shortest_duty", 0.03)], &[0.01, 0.3]);
+    comes_back(
+        "driver_dead_time",
+        &[("lost_duty", 0.06), ("shortest_duty", 0.03), ("knee_a", 5e-3)],
+        &[0.01, 0.3, 0.3],
+    );
 }
 
 #[test]

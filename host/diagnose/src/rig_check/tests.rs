@@ -204,7 +204,7 @@ fn off(file: &Robot, share: f64, random: &mut Pcg64Mcg) -> Robot {
         }
         2 => robot.effects.insert::<GravityTilt>(vec![number(0.1 * stall), number(40.0)]),
         3 if robot.effects.get::<DriverDrop>().is_none() => {
-            robot.effects.insert::<DriverDrop>(vec![number(0.1 * robot.supply.rail_v.value), number(0.3)]);
+            robot.effects.insert::<DriverDrop>(vec![number(0.1 * robot.supply.rail_v.value), number(0.0), number(0.3)]);
         }
         _ => {}
     }

@@ -11,6 +11,7 @@ const ENCODER: &str = "kind = \"encoder\"\n\
     noise_deg = { value = 0.2, low = 0.2, high = 0.2, source = \"test\" }\n";
 const DROP: &str = "[effects.driver_drop]\n\
     drop_v = { value = 0.8, low = 0.8, high = 0.8, source = \"test\" }\n\
+    knee_a = { value = 0, low = 0, high = 0, source = \"test\" }\n\
     slope_ohm = { value = 0, low = 0, high = 0, source = \"test\" }\n";
 
 /// What takes the same of every drive as long as the supply is the same.

@@ -148,6 +148,25 @@ fn a_maze_is_drawn_in_nine_frames_and_as_a_page_with_its_walls() {
 }
 
 #[test]
+fn randomize_says_how_much_of_the_spreads_the_judged_robots_have() {
+    let directory = temporary();
+    for (task, results) in [("straight", "/steered"), ("maze", "/by_pose"), ("terrain", "/0/by_pose")] {
+        let judged = |share: &str| -> Value {
+            // In TOML a table may come once.
+            let text = SHORT.replace(&format!("[{task}]"), &format!("[{task}]\nrandomize = {share}"));
+            fs::write(directory.path().join("learn.toml"), text).unwrap();
+            let words = format!(
+                "learn {task} --settings learn.toml --robot @/robot.toml --robots 2 --json --overwrite --out {task}"
+            );
+            let found: Value = serde_json::from_str(&succeeds(directory.path(), &words)).unwrap();
+            found.pointer(results).unwrap_or_else(|| panic!("{found}")).clone()
+        };
+        let [none, half, all] = ["0", "0.5", "1"].map(judged);
+        assert!(none != half && half != all, "{task}: {none}, {half}, {all}");
+    }
+}
+
+#[test]
 fn every_random_maze_has_robots_of_its_own() {
     let directory = temporary();
     fs::write(directory.path().join("learn.toml"), "[maze]\npatience_s = 0.5\nsize = [3, 2]\n").unwrap();

@@ -14,6 +14,7 @@ const POTENTIOMETER: &str = "[sensor]\n\
     inl_lsb = { value = 0, low = 0, high = 0, source = \"test\" }\n";
 const DROP: &str = "[effects.driver_drop]\n\
     drop_v = { value = 0.8, low = 0.8, high = 0.8, source = \"test\" }\n\
+    knee_a = { value = 0, low = 0, high = 0, source = \"test\" }\n\
     slope_ohm = { value = 0, low = 0, high = 0, source = \"test\" }\n";
 
 /// Writes the robot file of the bench as people believe it to be, `model.toml`, and as it is, `truth.toml`.

@@ -98,16 +98,20 @@ fn potentiometer(bits: f64, travel_deg: f64) -> String {
 
 /// What a bridge takes of its supply.
 fn driver_drop(driver: Driver) -> String {
-    let (drop_v, slope_ohm) = match driver {
+    let (drop_v, knee_a, slope_ohm) = match driver {
         Driver::Unknown => return String::new(),
         Driver::Mosfet => (
             stated(0.0, 0.0, 0.1, "MOSFETs: next to none"),
+            stated(0.0, 0.0, 0.005, "estimated: none"),
             stated(0.2, 0.02, 1.0, "estimated: both transistors that conduct"),
         ),
         Driver::Bipolar => (
             stated(2.0, 1.2, 3.0, "estimated: L293 and L298 data sheets, both transistors that conduct"),
+            stated(0.0, 0.0, 0.01, "estimated: transistors reach their voltage at some mA"),
             stated(0.8, 0.3, 2.0, "estimated: L293 and L298 data sheets"),
         ),
     };
-    format!("\n[effects.driver_drop]\n{}{}", line("drop_v", &drop_v), line("slope_ohm", &slope_ohm))
+    let lines =
+        [("drop_v", drop_v), ("knee_a", knee_a), ("slope_ohm", slope_ohm)].map(|(key, stated)| line(key, &stated));
+    format!("\n[effects.driver_drop]\n{}", lines.concat())
 }
