@@ -79,7 +79,7 @@ impl Effect for DriverDeadTime {
         let shortest = "the distance to full duty within which dead time fades";
         vec![
             FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5]),
-            FitNumber::log("shortest_duty", shortest, [0.03; 2], [1e-3, 0.2], 1.0),
+            FitNumber::log("shortest_duty", shortest, [0.03, 2e-3], [1e-3, 0.2], 1.0),
             FitNumber::knee("dead_time_knee_a", "the current from which on dead time counts in full", sizes),
         ]
     }

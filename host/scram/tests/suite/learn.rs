@@ -105,6 +105,24 @@ fn the_shipped_gaits_turn_the_robot_in_their_direction() {
     }
 }
 
+/// Through controller, motor, sensor and body: half a turn and a whole one.
+#[test]
+fn the_robot_that_turns_in_place_does() {
+    let directory = temporary();
+    for seed in [101, 102, 103] {
+        for (seconds, least_deg, most_mm) in [(14, 160.0, 50.0), (28, 340.0, 20.0)] {
+            let words = format!(
+                "sim --robot @/robots/three-modules.toml --drive freq:-7.5 --seconds {seconds} --seed {seed} --json --overwrite"
+            );
+            let run: Value = serde_json::from_str(&succeeds(directory.path(), &words)).unwrap();
+            let [turned, ahead, left] = ["turned_deg", "displacement_mm/0", "displacement_mm/1"]
+                .map(|key| run.pointer(&format!("/walk/{key}")).and_then(Value::as_f64).unwrap());
+            let moved = ahead.hypot(left);
+            assert!(turned > least_deg && moved < most_mm, "seed {seed}, {seconds} s: {turned}°, {moved} mm");
+        }
+    }
+}
+
 #[test]
 fn walking_straight_is_searched_for_and_steered() {
     let directory = temporary();
