@@ -60,14 +60,12 @@ impl Effect for DriverDrop {
         Self { drop_v: values[0], knee_a: values[1], slope_ohm: values[2] }
     }
 
-    /// The slope is a resistance like the winding's: without a measured current no fit tells the two apart, so it stays.
+    /// The slope is a resistance like the winding's: without a measured current no fit tells the two apart, so it stays. So does the knee,
+    /// with which a drop could pass for dead time wherever the duty is not full.
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let drop = FitNumber::linear("drop_v", "the bridge's drop", 0.1, 0.1, [0.0, 0.8 * sizes.rail_v]);
         // Bridges of bipolar transistors take a third of a small motor's supply.
-        vec![
-            FitNumber { starts: vec![0.1, 0.3 * sizes.rail_v], ..drop },
-            FitNumber::knee("drop_knee_a", "the current from which on the bridge's drop is there in full", sizes),
-        ]
+        vec![FitNumber { starts: vec![0.1, 0.3 * sizes.rail_v], ..drop }]
     }
 
     #[inline]

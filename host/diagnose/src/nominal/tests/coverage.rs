@@ -50,7 +50,7 @@ const CASES: [Case; 25] = [
             ("load_drag_share", 0.3),
         ],
     ),
-    ("driver_drop", &[("drop_v", 0.6), ("knee_a", 5e-3), ("slope_ohm", 1.0)]),
+    ("driver_drop", &[("drop_v", 0.6), ("knee_a", 0.0), ("slope_ohm", 1.0)]),
     ("driver_drop_by_command", &[("drop_v", 0.6)]),
     ("driver_deadband", &[("width_duty", 0.06)]),
     ("driver_dead_time", &[("lost_duty", 0.06), ("shortest_duty", 0.03), ("knee_a", 5e-3)]),
