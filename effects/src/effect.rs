@@ -65,13 +65,14 @@ impl BridgeDrop {
     /// As [`Self::current`], of a current below at least one knee: what is lost in proportion is one more resistance.
     fn below_a_knee(&self, voltage: f64, switching_v: f64, resistance: f64) -> (f64, f64) {
         let (own, switching) = ((self.knee_a, self.drop_v), (self.switching_knee_a, switching_v));
-        let [lower, upper] = if self.knee_a < self.switching_knee_a { [own, switching] } else { [switching, own] };
-        let below_upper = resistance + upper.1 / upper.0;
-        let current = (voltage - lower.1) / below_upper;
-        if current > lower.0 {
+        let [(lower_a, lower_v), (upper_a, upper_v)] =
+            if self.knee_a < self.switching_knee_a { [own, switching] } else { [switching, own] };
+        let below_upper = resistance + upper_v / upper_a;
+        let current = (voltage - lower_v) / below_upper;
+        if current > lower_a {
             (current, 1.0 / below_upper)
-        } else if lower.0 > 0.0 {
-            let below_both = below_upper + lower.1 / lower.0;
+        } else if lower_a > 0.0 {
+            let below_both = below_upper + lower_v / lower_a;
             (voltage / below_both, 1.0 / below_both)
         } else {
             (0.0, 0.0)

@@ -44,14 +44,6 @@ impl FitNumber {
         Self { name, words, scale: Scale::Log, starts: starts.to_vec(), low, high, prior, step: None }
     }
 
-    /// The current from which on a loss of the bridge counts in full: a small part of that at stall, and how small shows only where the
-    /// current is seldom more.
-    #[must_use]
-    pub fn knee(name: &'static str, words: &'static str, sizes: &Sizes) -> Self {
-        let unit = 0.01 * sizes.rail_v / sizes.resistance_ohm;
-        Self { prior: 2.0, ..Self::linear(name, words, unit, 0.5 * unit, [1e-4 * unit, 5.0 * unit]) }
-    }
-
     /// How many starts are worth a fit of their own.
     #[must_use]
     pub fn count_of_starts(&self) -> usize {

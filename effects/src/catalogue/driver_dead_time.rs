@@ -3,9 +3,10 @@
 //! `Δv = −V·lost·sat(i/knee)` with `lost = t_d·f_pwm`, at every duty but 0 and ±1, at which nothing switches (N. Mohan, T. Undeland,
 //! W. Robbins, "Power Electronics", 2003, section 8.5: effect of blanking time). A current whose ripple passes zero takes the diodes of
 //! either side within one period: of a mean below half of the ripple only a part is lost (J.-W. Choi, S.-K. Sul, IEEE Transactions on
-//! Power Electronics 11, 1996). Without a knee no current flows while the winding's own voltage is less than the loss. Near full duty drivers differ: one that delays every switching on loses as much as elsewhere, others drop the
-//! pulses of the idle switch that are too short for it ("minimum pulse width", "pulse dropping"): there the loss falls to nothing. What
-//! the robot file's `driver.dead_time_s` says is taken off the duty whichever way the current flows.
+//! Power Electronics 11, 1996). Without a knee no current flows while the winding's own voltage is less than the loss. Near full duty
+//! drivers differ: one that delays every switching on loses as much as elsewhere, others drop the pulses of the idle switch that are too
+//! short for it ("minimum pulse width", "pulse dropping"): there the loss falls to nothing. What the robot file's `driver.dead_time_s`
+//! says is taken off the duty whichever way the current flows.
 
 use crate::effect::{BridgeDrop, Effect};
 use crate::fit::{FitNumber, Sizes};
@@ -30,7 +31,7 @@ impl Effect for DriverDeadTime {
         summary: "Voltage lost against the current in every PWM period that switches.",
         title: "the driver's dead time",
         clause: "a share of every PWM period in which the bridge is open",
-        law: "v = duty·V − lost·V·sat(i/knee) where 0 < |duty| < 1, lost = t_dead·f_pwm·min(1, (1 − |duty|)/shortest), sat(x) = max(−1, min(x, 1))",
+        law: "v = duty·V − lost·V·sat(i/knee) where 0 < |duty| < 1, lost = t_dead·f_pwm·min(1, (1 − |duty|)/shortest), sat(x) = max(−1, min(x, 1)); without a knee i = 0 while |duty·V − K ω| < lost·V",
         source: "N. Mohan, T. Undeland, W. Robbins, \"Power Electronics\", 2003, 8.5 (effect of blanking time); J.-W. Choi, S.-K. Sul, IEEE \
                  Trans. Power Electronics 11, 1996 (a ripple that passes zero)",
         parameters: &[
@@ -74,13 +75,17 @@ impl Effect for DriverDeadTime {
         Self { lost_duty: values[0], shortest_duty: values[1], knee_a: values[2] }
     }
 
-    /// How near to full duty the loss ends only those recordings tell that come as near.
+    /// How near to full duty the loss ends only those recordings tell that come as near, and how small its knee is only those whose current
+    /// is seldom more.
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let shortest = "the distance to full duty within which dead time fades";
+        let small_a = 0.01 * sizes.rail_v / sizes.resistance_ohm;
+        let (in_full, ends) = ("the current from which on dead time counts in full", [1e-4 * small_a, 5.0 * small_a]);
+        let knee = FitNumber::linear("dead_time_knee_a", in_full, small_a, 0.5 * small_a, ends);
         vec![
             FitNumber::linear("lost_duty", "the share lost to dead time", 0.01, 0.03, [0.0, 0.5]),
             FitNumber::log("shortest_duty", shortest, [0.03, 2e-3], [1e-3, 0.2], 1.0),
-            FitNumber::knee("dead_time_knee_a", "the current from which on dead time counts in full", sizes),
+            FitNumber { prior: 2.0, ..knee },
         ]
     }
 
