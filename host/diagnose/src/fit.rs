@@ -33,6 +33,8 @@ pub struct Data<'a> {
 
 /// Standard deviations to the ends of a 95 % interval.
 pub const WIDE: f64 = 1.96;
+/// See [`Fit::well_determined`]: of the prior's standard deviation, 1.
+const DETERMINED: f64 = 0.5;
 /// See [`Fit::strayed`].
 const AT_ODDS: f64 = 2.0;
 
@@ -200,6 +202,13 @@ impl Fit {
     #[must_use]
     pub fn is_apart_from_zero(&self, place: usize, known: &[usize]) -> bool {
         self.coordinates[place].abs() > WIDE * self.deviation_at_scale(place, known)
+    }
+
+    /// How many numbers the data say much of, beside what was believed of them before: the well-determined ones of D. MacKay, "Bayesian
+    /// interpolation", Neural Computation 4, 1992, each counted in full or not at all.
+    #[must_use]
+    pub fn well_determined(&self) -> usize {
+        (0..self.free.len()).filter(|&place| self.deviation(place) < DETERMINED * self.free[place].prior).count()
     }
 
     /// How far the numbers are from where their priors have them, in squares of the priors' deviations.

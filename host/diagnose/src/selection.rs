@@ -50,7 +50,7 @@ pub(super) const TAIL: f64 = 0.001;
 const NEEDED: f64 = 0.2;
 /// Two models are the same up to this factor of their errors (mean square).
 const SAME: f64 = 1.001;
-/// A rival with so many more numbers than a simpler model of the set must do better than it to stay.
+/// A rival with so many more numbers, of those that the data determine, than a simpler model of the set must do better than it to stay.
 pub(super) const RICHER: usize = 2;
 
 /// The decision.
@@ -335,8 +335,9 @@ impl Selection<'_> {
             })
         };
         let numbers = |i: usize| self.candidates[i].fit.free.len();
+        let determined = |i: usize| self.candidates[i].fit.well_determined();
         let imitates = |i: usize| {
-            let simpler = |j: &&usize| numbers(**j) + RICHER <= numbers(i);
+            let simpler = |j: &&usize| determined(**j) + RICHER <= determined(i);
             class.iter().filter(simpler).any(|&j| !self.suggests(&self.candidates[i], &self.candidates[j]))
         };
         let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i) && !imitates(i)).collect();

@@ -27,6 +27,9 @@ const PATIENCE_S: f64 = 0.1;
 const FAST: f64 = 0.9;
 /// Share of the supervisor's patience that a drive may use up.
 const OF_PATIENCE: f64 = 0.5;
+/// Rollouts of these shares of the usual length are fitted one after the other: in short ones a wrong model stays near enough to the
+/// readings to be led to where it is the least wrong.
+const LENGTHS: [f64; 2] = [0.25, 1.0];
 /// The speed is taken over so many readings.
 const SPEED_OVER: usize = 10;
 
@@ -131,17 +134,19 @@ impl Rival {
     /// How far this model stays from another one's readings when its numbers and the starts of its rollouts are fitted to
     /// them: its expected error over that of the noise alone.
     pub fn ratio_on(&self, read: &Track, rounds: usize) -> f64 {
-        let mut track = read.clone();
-        track.cut(Cut { horizon_s: self.horizon_s, most_segments: usize::MAX });
-        let readings: f64 =
-            track.segments.iter().map(|one| track.weight[one.first..one.last].iter().sum::<f64>()).sum();
-        let starts = vec![rollout::guess(&track, 0.25 * self.horizon_s)];
-        let tracks = [track];
-        let mut fit = Fit::begin(&self.model, &[], 0, starts);
-        let _ = rollout::refine_all(&self.plant, &tracks, &mut fit.starts, &[], 2);
-        let data = Data { tracks: &tracks, sigma: self.sigma, sigma_current: None };
-        let fit = fit::fit(&self.model, &data, fit, Until::settled(rounds, 1e-3));
-        (1.0 + fit.cost / readings.max(1.0)).sqrt()
+        let (mut fit, mut readings) = (Fit::begin(&self.model, &[], 0, Vec::new()), 0.0);
+        for share in LENGTHS {
+            let mut track = read.clone();
+            let horizon_s = share * self.horizon_s;
+            track.cut(Cut { horizon_s, most_segments: usize::MAX });
+            readings = track.segments.iter().map(|one| track.weight[one.first..one.last].iter().sum::<f64>()).sum();
+            fit.starts = vec![rollout::guess(&track, 0.25 * horizon_s)];
+            let tracks = [track];
+            let _ = rollout::refine_all(&fit.plant(&self.model), &tracks, &mut fit.starts, &[], 2);
+            let data = Data { tracks: &tracks, sigma: self.sigma, sigma_current: None };
+            fit = fit::fit(&self.model, &data, fit, Until::settled(rounds, 1e-3));
+        }
+        (1.0 + fit.cost / f64::max(readings, 1.0)).sqrt()
     }
 }
 

@@ -14,9 +14,10 @@ const DROP: &str = "[effects.driver_drop]\n\
     knee_a = { value = 0, low = 0, high = 0, source = \"test\" }\n\
     slope_ohm = { value = 0, low = 0, high = 0, source = \"test\" }\n";
 
-/// What takes the same of every drive as long as the supply is the same.
-const SAME_AT_ONE_SUPPLY: [[&str; 2]; 2] =
-    [["driver_drop", "driver_dead_time"], ["driver_deadband", "driver_drop_by_command"]];
+/// What takes the same of every drive as long as the supply is the same, and how far the two may be apart all the same: a drop is fitted
+/// without a knee and a dead time with one, of which steady drives say nothing, so that they differ where next to no current flows.
+const SAME_AT_ONE_SUPPLY: [([&str; 2], f64); 2] =
+    [(["driver_drop", "driver_dead_time"], 1.1), (["driver_deadband", "driver_drop_by_command"], 1.01)];
 
 /// The effect that a robot file of the diagnosis lists.
 fn effect_of(path: &Path) -> String {
@@ -60,8 +61,9 @@ fn the_proposed_recording_tells_what_the_first_ones_do_not() {
     for pair in pairs {
         let [expected, simulated] = ["expected", "simulated"].map(|key| pair[key].as_f64().unwrap());
         let [truth, model] = ["truth", "model"].map(|key| effect_of(&at.join(pair[key].as_str().unwrap())));
-        if SAME_AT_ONE_SUPPLY.iter().any(|same| same.contains(&truth.as_str()) && same.contains(&model.as_str())) {
-            assert!(expected < 1.01 && simulated < 1.05, "{pair}");
+        let are = |same: &&([&str; 2], f64)| same.0.contains(&truth.as_str()) && same.0.contains(&model.as_str());
+        if let Some((_, apart)) = SAME_AT_ONE_SUPPLY.iter().find(are) {
+            assert!(expected < *apart && simulated < apart + 0.04, "{pair}");
             continue;
         }
         // One is a model's own noiseless prediction, the other the firmware's run on the simulated robot, noise and all. Where
