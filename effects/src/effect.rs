@@ -106,6 +106,8 @@ pub struct Coupling {
     pub half_gap: f64,
     /// Of the spring beyond the play, N·m/rad.
     pub stiffness: f64,
+    /// How much more the spring bears at a twist φ, as a share of the linear one's torque over φ², 1/rad².
+    pub hardening: f64,
     /// Of the spring's damping to the critical one, 1.
     pub damping_ratio: f64,
     /// Share of the whole inertia that lies behind the spring, 0 … 1.
@@ -115,12 +117,15 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// Two in a row: plays add up, springs give way one after the other; the load is behind the first.
+    /// Two in a row: plays add up, springs give way one after the other, to the third order of the twist; the load is behind the first.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
+        let stiffness = 1.0 / (1.0 / self.stiffness + 1.0 / other.stiffness);
+        let share = |one: &Self| one.hardening * (stiffness / one.stiffness).powi(3);
         Self {
             half_gap: self.half_gap + other.half_gap,
-            stiffness: 1.0 / (1.0 / self.stiffness + 1.0 / other.stiffness),
+            stiffness,
+            hardening: share(&self) + share(&other),
             damping_ratio: self.damping_ratio.max(other.damping_ratio),
             load_share: self.load_share,
             load_drag_share: self.load_drag_share,

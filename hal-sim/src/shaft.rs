@@ -240,19 +240,27 @@ impl Coupled {
     /// Beside it, its slope against where the twist goes to, N·m/rad.
     #[inline]
     fn torque(&self, from: f64, to: f64, time: f64) -> (f64, f64) {
-        let stiffness = self.law.stiffness;
+        let Coupling { stiffness, hardening, .. } = self.law;
         let damping = self.damping / time;
+        // Of a mean of two depths (rad), and its slope against the second.
+        let mean = |from: f64, to: f64| {
+            let harder = 1.0 + 0.5 * hardening * (from * from + to * to);
+            (0.5 * stiffness * harder * (from + to), 0.5 * stiffness * (harder + hardening * to * (from + to)))
+        };
         if self.law.half_gap <= 0.0 {
-            return (0.5 * stiffness * (from + to) + damping * (to - from), 0.5 * stiffness + damping);
+            let (spring, slope) = mean(from, to);
+            return (spring + damping * (to - from), slope + damping);
         }
         let (before, after) = (self.depth(from), self.depth(to));
         let turned = to - from;
         // Between two teeth that touch, the quotient of the differences is known without taking it.
         let (spring, slope) = if before * after > 0.0 || turned.abs() <= 1e-12 {
-            (0.5 * stiffness * (before + after), if after == 0.0 { 0.0 } else { 0.5 * stiffness })
+            let (spring, slope) = mean(before, after);
+            (spring, if after == 0.0 { 0.0 } else { slope })
         } else {
-            let spring = 0.5 * stiffness * (after * after - before * before) / turned;
-            (spring, (stiffness * after - spring) / turned)
+            let energy = |depth: f64| 0.5 * stiffness * depth * depth * (1.0 + 0.5 * hardening * depth * depth);
+            let spring = (energy(after) - energy(before)) / turned;
+            (spring, (stiffness * after * (1.0 + hardening * after * after) - spring) / turned)
         };
         // The deeper end's: by the mean of both, teeth that leave faster might be braked less, and there could be more than one rate.
         let depth = before.abs().max(after.abs()) / self.damped_depth;

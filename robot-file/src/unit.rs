@@ -12,6 +12,7 @@ const UNITS: &[(&str, &str)] = &[
     ("k_per_w", "K/W"),
     ("per_w", "1/W"),
     ("nm_per_rad", "N·m/rad"),
+    ("per_rad2", "1/rad²"),
     ("nm_per_a", "N·m/A"),
     ("n_s_per_m", "N·s/m"),
     ("s_per_m", "s/m"),

@@ -94,6 +94,7 @@ impl Effect for Backlash {
         Some(Coupling {
             half_gap: 0.5 * self.gap_rad,
             stiffness: self.stiffness_nm_per_rad,
+            hardening: 0.0,
             damping_ratio: self.damping_ratio,
             load_share: self.load_share,
             load_drag_share: self.load_drag_share,

@@ -6,8 +6,13 @@ use crate::common::{LINEAR, apart, coulomb, driven};
 use effects::{Backlash, Laws, ShaftCompliance};
 use hal_sim::shaft::{Shaft, ShaftState, Terminals};
 
-const SPRING: ShaftCompliance =
-    ShaftCompliance { stiffness_nm_per_rad: 4e-3, damping_ratio: 0.0, load_share: 0.3, load_drag_share: 0.0 };
+const SPRING: ShaftCompliance = ShaftCompliance {
+    stiffness_nm_per_rad: 4e-3,
+    damping_ratio: 0.0,
+    load_share: 0.3,
+    load_drag_share: 0.0,
+    hardening_per_rad2: 0.0,
+};
 const PLAY: Backlash =
     Backlash { gap_rad: 0.1, stiffness_nm_per_rad: 2.0, damping_ratio: 0.0, load_share: 0.3, load_drag_share: 0.0 };
 
@@ -31,7 +36,7 @@ fn energy(shaft: &Shaft, state: &ShaftState) -> f64 {
     let depth = (state.twist.abs() - law.half_gap).max(0.0);
     0.5 * load * state.speed.powi(2)
         + 0.5 * (shaft.inertia_kg_m2 - load) * (state.speed + state.twist_rate).powi(2)
-        + 0.5 * law.stiffness * depth * depth
+        + 0.5 * law.stiffness * depth * depth * (1.0 + 0.5 * law.hardening * depth * depth)
 }
 
 fn momentum(shaft: &Shaft, state: &ShaftState) -> f64 {
@@ -72,11 +77,41 @@ fn two_inertias_ring_at_their_frequency_and_decay_with_their_damping() {
 }
 
 #[test]
+fn a_spring_that_hardens_swings_as_fast_as_duffing_has_it() {
+    let (j, share, twist) = (LINEAR.inertia_kg_m2, SPRING.load_share, 0.1);
+    let natural = (SPRING.stiffness_nm_per_rad / (share * (1.0 - share) * j)).sqrt();
+    for hardening_per_rad2 in [30.0, 1000.0] {
+        let shaft = free(spring(ShaftCompliance { hardening_per_rad2, ..SPRING }));
+        let stepper = shaft.stepper(2e-5);
+        let mut state = ShaftState { twist, ..ShaftState::default() };
+        let at_start = energy(&shaft, &state);
+        let mut crossings = Vec::new();
+        let mut last = state;
+        for n in 0..50_000 {
+            stepper.advance(&mut state, Terminals::Open);
+            if last.twist < 0.0 && state.twist >= 0.0 {
+                crossings.push((f64::from(n) + last.twist / (last.twist - state.twist)) * 2e-5);
+            }
+            last = state;
+        }
+        assert!(apart(energy(&shaft, &state), at_start) < 1e-6);
+        let period = (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
+        // 4 K(m)/ω with ω² = ω₀²(1 + βA²) and m = βA²/(2 (1 + βA²)); K by the arithmetic-geometric mean.
+        let harder = hardening_per_rad2 * twist * twist;
+        let (mut one, mut other) = (1.0f64, (1.0 - 0.5 * harder / (1.0 + harder)).sqrt());
+        for _ in 0..6 {
+            (one, other) = (0.5 * (one + other), (one * other).sqrt());
+        }
+        let expected = TAU / one / (natural * (1.0 + harder).sqrt());
+        assert!(apart(period, expected) < 1e-3, "{period} s, {expected} expected");
+    }
+}
+
+#[test]
 fn a_stiff_spring_is_a_rigid_shaft() {
     for laws in [coulomb(5e-4, 3e-3), Laws::NONE] {
         let rigid = Shaft { laws, ..LINEAR };
-        let law =
-            ShaftCompliance { stiffness_nm_per_rad: 50.0, damping_ratio: 0.5, load_share: 0.3, load_drag_share: 0.0 };
+        let law = ShaftCompliance { stiffness_nm_per_rad: 50.0, damping_ratio: 0.5, ..SPRING };
         let stiff = Shaft { laws: Laws { shaft_compliance: Some(law), ..laws }, ..LINEAR };
         let end = |shaft: &Shaft| {
             let stepper = shaft.stepper(1e-4);
@@ -237,4 +272,11 @@ fn springs_in_a_row_give_way_together() {
     let both = laws.coupling().unwrap();
     assert_eq!((both.half_gap, both.load_share), (0.05, 0.3));
     assert!(apart(1.0 / both.stiffness, 1.0 / 4e-3 + 1.0 / 2.0) < 1e-12);
+    // The third order of a torque through both: φ₁(T) = T/k₁ − β T³/k₁³ of the one that hardens, T/k₂ of the other.
+    let law = ShaftCompliance { hardening_per_rad2: 5.0, ..SPRING };
+    let both = Laws { backlash: Some(PLAY), ..spring(law) }.coupling().unwrap();
+    let torque = 1e-5f64;
+    let twist = torque / 4e-3 + torque / 2.0 - 5.0 * (torque / 4e-3).powi(3);
+    let carried = both.stiffness * twist * (1.0 + both.hardening * twist * twist);
+    assert!(apart(carried, torque) < 1e-8, "{carried} N·m");
 }

@@ -624,8 +624,13 @@ fn torque_ripple_of_any_order_is_found() {
 
 #[test]
 fn a_flexible_shaft_is_found() {
-    let law =
-        ShaftCompliance { stiffness_nm_per_rad: 4e-3, damping_ratio: 0.1, load_share: 0.35, load_drag_share: 0.4 };
+    let law = ShaftCompliance {
+        stiffness_nm_per_rad: 4e-3,
+        damping_ratio: 0.1,
+        load_share: 0.35,
+        load_drag_share: 0.4,
+        hardening_per_rad2: 0.0,
+    };
     assert_found(&changed(|rig| rig.shaft.laws.shaft_compliance = Some(law)), "shaft_compliance", "load_share", 0.35);
 }
 

@@ -38,7 +38,13 @@ const CASES: [Case; 25] = [
     ("cubic_drag", &[("drag_nm_s3_per_rad3", 1e-10)]),
     (
         "shaft_compliance",
-        &[("stiffness_nm_per_rad", 4e-3), ("damping_ratio", 0.1), ("load_share", 0.35), ("load_drag_share", 0.3)],
+        &[
+            ("stiffness_nm_per_rad", 4e-3),
+            ("damping_ratio", 0.1),
+            ("load_share", 0.35),
+            ("load_drag_share", 0.3),
+            ("hardening_per_rad2", 1.0),
+        ],
     ),
     (
         "backlash",
