@@ -33,8 +33,8 @@ pub struct Data<'a> {
 
 /// Standard deviations to the ends of a 95 % interval.
 pub const WIDE: f64 = 1.96;
-/// See [`Fit::well_determined`]: of the prior's standard deviation, 1.
-const DETERMINED: f64 = 0.5;
+/// A number that is no farther from its start than this share of its prior's standard deviation was not moved.
+const STAYS: f64 = 0.01;
 /// See [`Fit::strayed`].
 const AT_ODDS: f64 = 2.0;
 
@@ -204,11 +204,14 @@ impl Fit {
         self.coordinates[place].abs() > WIDE * self.deviation_at_scale(place, known)
     }
 
-    /// How many numbers the data say much of, beside what was believed of them before: the well-determined ones of D. MacKay, "Bayesian
-    /// interpolation", Neural Computation 4, 1992, each counted in full or not at all.
+    /// How many numbers of added effects the fit moved, which are those that count where models of different size are compared: one that
+    /// the data say nothing of stays where its prior has it.
     #[must_use]
-    pub fn well_determined(&self) -> usize {
-        (0..self.free.len()).filter(|&place| self.deviation(place) < DETERMINED * self.free[place].prior).count()
+    pub fn numbers_moved(&self) -> usize {
+        let is_moved = |(one, at): &(&Free, &f64)| {
+            one.prior.is_infinite() || (**at - one.coordinate(one.start)).abs() > STAYS * one.prior
+        };
+        self.free.iter().zip(&self.coordinates).skip(self.of_file).filter(is_moved).count()
     }
 
     /// How far the numbers are from where their priors have them, in squares of the priors' deviations.

@@ -75,7 +75,7 @@ fn leading<'a>(session: &Session, baseline: &Candidate, candidates: &'a [Candida
     let is_named = removed(floor(session, candidates), baseline, best) >= NEARLY_ALL;
     let within = best.mean_square() * if is_named { LEADS } else { 1.0 };
     let leads = |one: &&Candidate| {
-        let imitates = one.fit.well_determined() >= best.fit.well_determined() + RICHER;
+        let imitates = one.fit.numbers_moved() >= best.fit.numbers_moved() + RICHER;
         one.effects.len() == 2 && one.mean_square() <= within && !imitates
     };
     let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).collect();
