@@ -174,8 +174,10 @@ impl Fit {
         let (sizes, shapes) = self.sizes_and_shapes(model, effect);
         if sizes.is_empty() {
             let last = |place: usize| self.free[place].coordinate(self.free[place].high);
+            // What a prior holds is away from its last value whatever the data say.
             let apart = |place: usize| {
-                (self.coordinates[place] - last(place)).abs() > WIDE * self.deviation_at_scale(place, &[])
+                self.free[place].prior.is_infinite()
+                    && (self.coordinates[place] - last(place)).abs() > WIDE * self.deviation_at_scale(place, &[])
             };
             return shapes.into_iter().any(apart);
         }

@@ -322,6 +322,10 @@ fn a_spring_is_there_whatever_is_known_of_the_drag_on_its_load() {
     let drag = fit.free.iter().position(|one| one.number == Number::OfEffect("load_drag_share")).unwrap();
     fit.covariance[(drag, drag)] = 100.0;
     assert!(fit.has_size(&model, spring));
+    // One that may be as stiff as any is none.
+    let stiffness = fit.free.iter().position(|one| one.number == Number::OfEffect("stiffness")).unwrap();
+    fit.covariance[(stiffness, stiffness)] = 100.0;
+    assert!(!fit.has_size(&model, spring));
 }
 
 #[test]
