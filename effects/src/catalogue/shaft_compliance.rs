@@ -42,6 +42,11 @@ pub(super) fn stiffness(sizes: &Sizes, natural: f64) -> f64 {
     0.4 * 0.6 * sizes.inertia_kg_m2 * natural * natural
 }
 
+/// β/k², 1/(N·m)². Of a spring that is not there both are none.
+fn over_square(hardening: f64, stiffness: f64) -> f64 {
+    if stiffness == 0.0 { 0.0 } else { hardening / (stiffness * stiffness) }
+}
+
 impl Effect for ShaftCompliance {
     type State = ();
 
@@ -115,12 +120,12 @@ impl Effect for ShaftCompliance {
 
     fn fit_of_values(values: &[f64], numbers: &mut [f64]) {
         numbers.copy_from_slice(values);
-        numbers[4] /= values[0] * values[0];
+        numbers[4] = over_square(numbers[4], values[0]);
     }
 
     fn fit_ranges(values: &[f64], half_ranges: &[f64], numbers: &mut [f64]) {
         numbers.copy_from_slice(half_ranges);
-        numbers[4] /= values[0] * values[0];
+        numbers[4] = over_square(numbers[4], values[0]);
     }
 
     fn coupling(&self) -> Option<Coupling> {
