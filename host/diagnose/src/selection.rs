@@ -50,7 +50,8 @@ pub(super) const TAIL: f64 = 0.001;
 const NEEDED: f64 = 0.2;
 /// Two models are the same up to this factor of their errors (mean square).
 const SAME: f64 = 1.001;
-/// A rival with so many more numbers, of those that the fit moved, than a simpler model of the set must do better than it to stay.
+/// A rival with so many more numbers, of those that the fit moved, than a simpler model that the runs do not rule out must do better than it
+/// to stay.
 pub(super) const RICHER: usize = 2;
 
 /// The decision.
@@ -337,7 +338,7 @@ impl Selection<'_> {
         let numbers = |i: usize| self.candidates[i].fit.free.len();
         let moved = |i: usize| self.candidates[i].fit.numbers_moved();
         let imitates = |i: usize| {
-            let simpler = |j: &&usize| moved(**j) + RICHER <= moved(i);
+            let simpler = |j: &&usize| surely.contains(j) && moved(**j) + RICHER <= moved(i);
             class.iter().filter(simpler).any(|&j| !self.suggests(&self.candidates[i], &self.candidates[j]))
         };
         let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i) && !imitates(i)).collect();
@@ -469,9 +470,9 @@ mod tests {
     }
 
     #[test]
-    fn a_rival_with_more_numbers_stays_where_the_runs_say_nothing_of_them() {
+    fn a_rival_with_more_numbers_stays_where_the_runs_need_them_or_say_nothing_of_them() {
         let number = FitNumber::linear("one", "one", 1.0, 0.5, [0.0, 10.0]);
-        let class = |moved_by: f64| {
+        let class = |moved_by: f64, left: f64| {
             let with = |mut one: Candidate, count: usize| {
                 let free = |i: usize| {
                     let prior = if i == 0 { f64::INFINITY } else { 2.0 };
@@ -481,11 +482,13 @@ mod tests {
                 one.fit.coordinates = (0..count).map(|_| 0.5 + moved_by).collect();
                 one
             };
-            let candidates = [with(model(&["driver_drop"], 1.0), 1), with(model(&["driver_dead_time"], 1.0), 3)];
+            let candidates = [with(model(&["driver_drop"], 1.0), 1), with(model(&["driver_dead_time"], left), 3)];
             decide(9.0, &candidates).class
         };
-        assert_eq!(class(1e-3), [0, 1]);
-        assert_eq!(class(0.1), [0]);
+        assert_eq!(class(1e-3, 1.0), [0, 1]);
+        assert_eq!(class(0.1, 1.0), [0]);
+        // Better by little, and beyond doubt.
+        assert_eq!(class(0.1, 0.995), [1, 0]);
     }
 
     #[test]
