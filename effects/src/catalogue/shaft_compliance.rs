@@ -100,16 +100,17 @@ impl Effect for ShaftCompliance {
     fn fit(sizes: &Sizes) -> Vec<FitNumber> {
         let start = |natural_hz: f64| stiffness(sizes, std::f64::consts::TAU * natural_hz);
         let spring = FitNumber::log("stiffness", "the spring", [start(12.0); 2], [start(1.0), start(400.0)], f64::INFINITY);
+        // From nothing, and not down to it, which would make it one of the numbers that say how large an effect is.
         let unit = sizes.torque_nm.powi(-2);
-        let least = 1e-4 * unit;
+        let (least, harder) = (1e-4 * unit, "how much stiffer the spring grows");
+        let hardening = FitNumber::linear("hardening", harder, unit, least, [least, 30.0 * unit]);
         let damping = FitNumber::linear("spring_damping", "the spring's damping", 0.1, 0.1, [1e-3, 2.0]);
         vec![
             FitNumber { starts: [12.0, 30.0, 75.0, 5.0].map(start).to_vec(), ..spring },
             FitNumber { prior: 3.0, ..damping },
             load_share(),
             load_drag_share(),
-            // From nothing, and not down to it, which would make it one of the numbers that say how large an effect is.
-            FitNumber { prior: 3.0, ..FitNumber::linear("hardening", "how much stiffer the spring grows", unit, least, [least, 30.0 * unit]) },
+            FitNumber { prior: 3.0, ..hardening },
         ]
     }
 

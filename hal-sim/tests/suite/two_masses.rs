@@ -44,6 +44,26 @@ fn momentum(shaft: &Shaft, state: &ShaftState) -> f64 {
     shaft.inertia_kg_m2 * (state.speed + (1.0 - law.load_share) * state.twist_rate)
 }
 
+/// The states of a second after a twist (rad) is let go, in steps (s).
+fn let_go(shaft: &Shaft, twist: f64, step: f64) -> Vec<ShaftState> {
+    let stepper = shaft.stepper(step);
+    let mut states = vec![ShaftState { twist, ..ShaftState::default() }];
+    for n in 0..(1.0 / step).round() as usize {
+        let mut state = states[n];
+        stepper.advance(&mut state, Terminals::Open);
+        states.push(state);
+    }
+    states
+}
+
+/// Mean time between two passages of the twist through zero on its way up, s.
+fn period(states: &[ShaftState], step: f64) -> f64 {
+    let passages = states.windows(2).enumerate().filter(|(_, pair)| pair[0].twist < 0.0 && pair[1].twist >= 0.0);
+    let times: Vec<f64> =
+        passages.map(|(n, pair)| (n as f64 + pair[0].twist / (pair[0].twist - pair[1].twist)) * step).collect();
+    (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64
+}
+
 #[test]
 fn two_inertias_ring_at_their_frequency_and_decay_with_their_damping() {
     let (j, share) = (LINEAR.inertia_kg_m2, SPRING.load_share);
@@ -51,28 +71,17 @@ fn two_inertias_ring_at_their_frequency_and_decay_with_their_damping() {
     let natural = (SPRING.stiffness_nm_per_rad * (1.0 / motor + 1.0 / load)).sqrt();
     for damping_ratio in [0.0, 0.05] {
         let shaft = free(spring(ShaftCompliance { damping_ratio, ..SPRING }));
-        let stepper = shaft.stepper(1e-4);
-        let mut state = ShaftState { twist: 0.1, ..ShaftState::default() };
-        let (mut crossings, mut peaks) = (Vec::new(), Vec::new());
-        let mut last = state;
-        for n in 0..10_000 {
-            stepper.advance(&mut state, Terminals::Open);
-            if last.twist < 0.0 && state.twist >= 0.0 {
-                crossings.push((f64::from(n) + last.twist / (last.twist - state.twist)) * 1e-4);
-            }
-            if last.twist_rate > 0.0 && state.twist_rate <= 0.0 {
-                peaks.push(state.twist.max(last.twist));
-            }
-            last = state;
-        }
-        let frequency = (crossings.len() - 1) as f64 / (crossings[crossings.len() - 1] - crossings[0]);
+        let swing = let_go(&shaft, 0.1, 1e-4);
+        let at_top = |pair: &&[ShaftState]| pair[0].twist_rate > 0.0 && pair[1].twist_rate <= 0.0;
+        let peaks: Vec<f64> = swing.windows(2).filter(at_top).map(|pair| pair[1].twist.max(pair[0].twist)).collect();
+        let frequency = 1.0 / period(&swing, 1e-4);
         let expected = natural * (1.0f64 - damping_ratio * damping_ratio).sqrt() / TAU;
         assert!(apart(frequency, expected) < 2e-3, "{frequency} Hz, {expected} expected");
         let decrement = (peaks[0] / peaks[5]).ln() / 5.0;
         let expected = TAU * damping_ratio / (1.0f64 - damping_ratio * damping_ratio).sqrt();
         assert!((decrement - expected).abs() < 5e-3, "{decrement}, {expected} expected");
         // The load swings against the motor, by as much as it is lighter.
-        assert!(momentum(&shaft, &state).abs() < 1e-15);
+        assert!(momentum(&shaft, &swing[swing.len() - 1]).abs() < 1e-15);
     }
 }
 
@@ -82,20 +91,9 @@ fn a_spring_that_hardens_swings_as_fast_as_duffing_has_it() {
     let natural = (SPRING.stiffness_nm_per_rad / (share * (1.0 - share) * j)).sqrt();
     for hardening_per_rad2 in [30.0, 1000.0] {
         let shaft = free(spring(ShaftCompliance { hardening_per_rad2, ..SPRING }));
-        let stepper = shaft.stepper(2e-5);
-        let mut state = ShaftState { twist, ..ShaftState::default() };
-        let at_start = energy(&shaft, &state);
-        let mut crossings = Vec::new();
-        let mut last = state;
-        for n in 0..50_000 {
-            stepper.advance(&mut state, Terminals::Open);
-            if last.twist < 0.0 && state.twist >= 0.0 {
-                crossings.push((f64::from(n) + last.twist / (last.twist - state.twist)) * 2e-5);
-            }
-            last = state;
-        }
-        assert!(apart(energy(&shaft, &state), at_start) < 1e-6);
-        let period = (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
+        let swing = let_go(&shaft, twist, 2e-5);
+        assert!(apart(energy(&shaft, &swing[swing.len() - 1]), energy(&shaft, &swing[0])) < 1e-6);
+        let period = period(&swing, 2e-5);
         // 4 K(m)/ω with ω² = ω₀²(1 + βA²) and m = βA²/(2 (1 + βA²)); K by the arithmetic-geometric mean.
         let harder = hardening_per_rad2 * twist * twist;
         let (mut one, mut other) = (1.0f64, (1.0 - 0.5 * harder / (1.0 + harder)).sqrt());

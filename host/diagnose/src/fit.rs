@@ -149,10 +149,7 @@ impl Fit {
     /// prior.
     #[must_use]
     pub fn strayed(&self) -> bool {
-        self.free.iter().zip(&self.coordinates).take(self.of_file).any(|(one, at)| {
-            let from_file = at - one.coordinate(one.start);
-            from_file.abs() > AT_ODDS * one.prior
-        })
+        self.free.iter().zip(&self.coordinates).take(self.of_file).any(|(one, at)| one.off_prior(*at).abs() > AT_ODDS)
     }
 
     /// How many of resistance, torque constant and inertia have run to the end of what a fit tries: five times or a fifth of
@@ -210,16 +207,14 @@ impl Fit {
     /// the data say nothing of stays where its prior has it.
     #[must_use]
     pub fn numbers_moved(&self) -> usize {
-        let is_moved = |(one, at): &(&Free, &f64)| {
-            one.prior.is_infinite() || (**at - one.coordinate(one.start)).abs() > STAYS * one.prior
-        };
+        let is_moved = |(one, at): &(&Free, &f64)| one.prior.is_infinite() || one.off_prior(**at).abs() > STAYS;
         self.free.iter().zip(&self.coordinates).skip(self.of_file).filter(is_moved).count()
     }
 
     /// How far the numbers are from where their priors have them, in squares of the priors' deviations.
     #[must_use]
     pub fn off_prior(&self) -> f64 {
-        let off = |(one, at): (&Free, &f64)| ((at - one.coordinate(one.start)) / one.prior).powi(2);
+        let off = |(one, at): (&Free, &f64)| one.off_prior(*at).powi(2);
         self.free.iter().zip(&self.coordinates).map(off).sum()
     }
 

@@ -130,6 +130,12 @@ impl Free {
         }
     }
 
+    /// How far a coordinate is from where fits begin, in standard deviations of the prior about it; 0 where there is none.
+    #[must_use]
+    pub fn off_prior(&self, coordinate: f64) -> f64 {
+        (coordinate - self.coordinate(self.start)) / self.prior
+    }
+
     /// Whether the effect that it belongs to is absent where it and those like it are 0: it says how large the effect is.
     #[must_use]
     pub fn is_size(&self) -> bool {

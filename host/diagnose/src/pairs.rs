@@ -10,7 +10,7 @@ use super::screen::Proposal;
 use super::search::{
     Asks, Candidate, LEADS, LOOK, MOST_FURTHER, ROUNDS, TOLERANCE, Wanted, floor, level, simpler, singles, try_all,
 };
-use super::selection::{RICHER, reaches, removed};
+use super::selection::{reaches, removed};
 use super::session::Session;
 
 /// Pairs are formed among this many of the best single effects.
@@ -74,10 +74,7 @@ fn leading<'a>(session: &Session, baseline: &Candidate, candidates: &'a [Candida
     let Some(best) = best_pair(candidates).map(|place| &candidates[place]) else { return Vec::new() };
     let is_named = removed(floor(session, candidates), baseline, best) >= NEARLY_ALL;
     let within = best.mean_square() * if is_named { LEADS } else { 1.0 };
-    let leads = |one: &&Candidate| {
-        let imitates = one.fit.numbers_moved() >= best.fit.numbers_moved() + RICHER;
-        one.effects.len() == 2 && one.mean_square() <= within && !imitates
-    };
+    let leads = |one: &&Candidate| one.effects.len() == 2 && one.mean_square() <= within && !one.is_richer_than(best);
     let mut leading: Vec<&Candidate> = candidates.iter().filter(leads).collect();
     leading.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     leading

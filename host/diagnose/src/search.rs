@@ -12,6 +12,9 @@ use super::screen::{Proposal, propose};
 use super::selection::reaches;
 use super::session::{Evaluation, Session};
 
+/// See [`Candidate::is_richer_than`].
+const RICHER: usize = 2;
+
 /// A model that was tried.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -36,6 +39,11 @@ impl Candidate {
     #[must_use]
     pub fn mean_square(&self) -> f64 {
         self.evaluation.mean_square()
+    }
+
+    /// Whether its fit moved so many more numbers than another one's that it must do better to stay beside it.
+    pub(super) fn is_richer_than(&self, other: &Self) -> bool {
+        self.fit.numbers_moved() >= other.fit.numbers_moved() + RICHER
     }
 
     /// Median of the held-out rollouts' mean square errors, rad².

@@ -50,9 +50,6 @@ pub(super) const TAIL: f64 = 0.001;
 const NEEDED: f64 = 0.2;
 /// Two models are the same up to this factor of their errors (mean square).
 const SAME: f64 = 1.001;
-/// A rival with so many more numbers, of those that the fit moved, than a simpler model that the runs do not rule out must do better than it
-/// to stay.
-pub(super) const RICHER: usize = 2;
 
 /// The decision.
 #[derive(Clone, Debug)]
@@ -336,9 +333,9 @@ impl Selection<'_> {
             })
         };
         let numbers = |i: usize| self.candidates[i].fit.free.len();
-        let moved = |i: usize| self.candidates[i].fit.numbers_moved();
+        // What is richer than one that the runs do not rule out, and no better.
         let imitates = |i: usize| {
-            let simpler = |j: &&usize| surely.contains(j) && moved(**j) + RICHER <= moved(i);
+            let simpler = |j: &&usize| surely.contains(j) && self.candidates[i].is_richer_than(&self.candidates[**j]);
             class.iter().filter(simpler).any(|&j| !self.suggests(&self.candidates[i], &self.candidates[j]))
         };
         let mut class: Vec<usize> = class.iter().copied().filter(|&i| !contains_simpler(i) && !imitates(i)).collect();
