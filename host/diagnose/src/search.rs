@@ -266,14 +266,26 @@ fn alone(
     try_all(session, &wanted, (MOST_SINGLE, least), done)
 }
 
-/// Fits the best few of those that were tried before from where they ended: on runs that have since been read anew.
+/// Fits the best few of those that were tried before from where they ended, and what they contain: on runs that have since been
+/// read anew.
 fn from_before(session: &Session, candidates: &mut [Candidate], before: &[Candidate]) {
     let mut best: Vec<&Candidate> = before.iter().collect();
     best.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     best.truncate(MOST_FURTHER);
-    let place = |once: &Candidate| candidates.iter().position(|one| one.effects == once.effects);
-    let begun = best.into_iter().filter_map(|once| Some((place(once)?, session.begun_anew(&once.fit)))).collect();
+    let contained = |once: &&Candidate| {
+        let is_part = |one: &Candidate| one.effects.iter().all(|effect| once.effects.contains(effect));
+        let begun = |(place, one): (usize, &Candidate)| (place, session.begun_from(&one.effects, &once.fit));
+        candidates.iter().enumerate().filter(|(_, one)| is_part(one)).map(begun).collect::<Vec<_>>()
+    };
+    let begun = best.iter().flat_map(contained).collect();
     finish_all(session, candidates, begun);
+}
+
+/// Takes over a fit of effects that were tried, where it does better.
+pub fn take(session: &Session, candidates: &mut [Candidate], fit: &Fit) {
+    if let Some(candidate) = candidates.iter_mut().find(|one| one.effects == fit.effects) {
+        candidate.improve(Candidate::of(session, session.begun_anew(fit), true));
+    }
 }
 
 /// Looks at the most promising effects of a screen about the file's own numbers from there, and fits the best few in full:

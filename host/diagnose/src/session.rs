@@ -4,10 +4,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use effects::{Effect, GravityTilt, Id};
-use rayon::prelude::*;
 use robot_file::robot::Robot;
 
-use super::blind_arc::{self, BlindArc};
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit, Until};
 use super::floor::{self, Scatter};
@@ -17,7 +15,10 @@ use super::probe::Shape;
 use super::rollout::{self, Rolled, Starts};
 use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
+use arc::ArcRead;
 use recording::Recording;
+
+mod arc;
 
 /// Rollouts that a set of runs is cut into at most; long recordings are thinned evenly.
 const MOST_ROLLOUTS: usize = 1500;
@@ -56,17 +57,6 @@ pub struct Session {
     coarse: Vec<Track>,
     /// Which segments those are.
     coarse_segments: Vec<Vec<usize>>,
-}
-
-/// The runs as they were read with a blind arc.
-#[derive(Clone)]
-struct ArcRead {
-    /// Where it lies.
-    arc: BlindArc,
-    /// Runs to fit on and to judge by, with the readings from the arc.
-    read: [Vec<Track>; 2],
-    /// What the model leaves unexplained that said which readings these are.
-    unexplained: f64,
 }
 
 /// A look from a further starting point is given up where its cost stays above this many times the best one's.
@@ -193,11 +183,7 @@ impl Session {
         session.check_sampling()?;
         session.cut(options)?;
         let has_arc = session.fit.iter().chain(&session.held_out).any(|track| track.has_blind_arc);
-        session.arc = BlindArc::of(robot).filter(|_| has_arc).map(|arc| ArcRead {
-            arc,
-            read: [session.fit.clone(), session.held_out.clone()],
-            unexplained: f64::INFINITY,
-        });
+        session.arc = ArcRead::of(robot, &session.fit, &session.held_out).filter(|_| has_arc);
         let file = Fit::begin(&session.model, &[], 0, Vec::new());
         let changed = session.drop_blind(&file, options)?;
         let mut baseline = session.settle(&file);
@@ -253,37 +239,6 @@ impl Session {
             track.pull_unknown.clone_from(&known.pull_unknown);
         }
         Ok(())
-    }
-
-    /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what
-    /// was read than the model that was followed before, and leaves enough. Whether it does; the baseline is then to be
-    /// settled anew.
-    pub fn drop_blind(&mut self, fit: &Fit, options: &Options) -> Result<bool, DiagnoseError> {
-        let Some(arc) = &mut self.arc else { return Ok(false) };
-        let plant = fit.plant(&self.model);
-        let mut read = arc.read.clone();
-        let unexplained: f64 = read
-            .par_iter_mut()
-            .flatten()
-            .filter(|track| track.has_blind_arc)
-            .map(|track| blind_arc::drop_blind(track, &plant, self.horizon_s, arc.arc))
-            .sum();
-        if unexplained >= arc.unexplained {
-            return Ok(false);
-        }
-        let before = std::mem::replace(&mut arc.unexplained, unexplained);
-        let [fit, held_out] = read;
-        let kept = [std::mem::replace(&mut self.fit, fit), std::mem::replace(&mut self.held_out, held_out)];
-        if self.cut(options).is_err() {
-            // A model that has lost the shaft drops too much.
-            [self.fit, self.held_out] = kept;
-            if let Some(arc) = &mut self.arc {
-                arc.unexplained = before;
-            }
-            self.cut(options)?;
-            return Ok(false);
-        }
-        Ok(true)
     }
 
     fn cut(&mut self, options: &Options) -> Result<(), DiagnoseError> {
@@ -372,6 +327,14 @@ impl Session {
     #[must_use]
     pub fn begun_anew(&self, fit: &Fit) -> Fit {
         Fit { starts: self.fit_guess.clone(), ..fit.clone() }
+    }
+
+    /// The same for a model with some effects of it.
+    #[must_use]
+    pub fn begun_from(&self, effects: &[Id], fit: &Fit) -> Fit {
+        let mut begun = Fit::begin(&self.model, effects, 0, self.fit_guess.clone());
+        begun.take_over(fit);
+        begun
     }
 
     /// Lowers the noise of the fit runs to what is left about a better model than the settled one, which may have lost the

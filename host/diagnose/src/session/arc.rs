@@ -1,0 +1,140 @@
+//! Runs as they were read through the sensor's blind arc: which of the readings are none depends on where a model says that the
+//! shaft is.
+
+use effects::Id;
+use rayon::prelude::*;
+use robot_file::robot::Robot;
+
+use super::Session;
+use crate::blind_arc::{self, BlindArc};
+use crate::fit::{self, Fit, Until};
+use crate::track::Track;
+use crate::{DiagnoseError, Options};
+
+/// Times that runs are read about an effect, with what was fitted to the last reading, at most.
+const READ_ABOUT: usize = 3;
+/// Rounds of a fit of an effect alone at most.
+const ROUNDS_ADDED: usize = 15;
+
+/// The runs as they were read with a blind arc.
+#[derive(Clone)]
+pub struct ArcRead {
+    /// Where it lies.
+    arc: BlindArc,
+    /// Runs to fit on and to judge by, with the readings from the arc.
+    pub(super) read: [Vec<Track>; 2],
+    /// What the model leaves unexplained that said which readings these are.
+    unexplained: f64,
+}
+
+impl ArcRead {
+    /// Nothing is dropped yet; `None` of a sensor without an arc.
+    pub fn of(robot: &Robot, fit: &[Track], held_out: &[Track]) -> Option<Self> {
+        let read = || [fit.to_vec(), held_out.to_vec()];
+        BlindArc::of(robot).map(|arc| Self { arc, read: read(), unexplained: f64::INFINITY })
+    }
+}
+
+impl Session {
+    /// The runs to fit on and to judge by without what the sensor shows in its blind arc as the model of a fit follows them, and
+    /// how many readings that leaves unexplained; `None` without an arc.
+    fn read_through_arc(&self, fit: &Fit) -> Option<([Vec<Track>; 2], f64)> {
+        let arc = self.arc.as_ref()?;
+        let plant = fit.plant(&self.model);
+        let mut read = arc.read.clone();
+        let unexplained = read
+            .par_iter_mut()
+            .flatten()
+            .filter(|track| track.has_blind_arc)
+            .map(|track| blind_arc::drop_blind(track, &plant, self.horizon_s, arc.arc))
+            .sum();
+        Some((read, unexplained))
+    }
+
+    /// The session as it would be with the runs read about an effect, and the fit with it, where that explains more readings: of
+    /// some effects the one that explains most at one of its starting points, with the file's own numbers. Where the shaft was
+    /// lost in the blind arc for want of an effect, every fit is to wrong readings, and none leads back.
+    pub fn read_about_effects(&self, effects: &[Id], options: &Options) -> Result<Option<(Self, Fit)>, DiagnoseError> {
+        let Some(arc) = &self.arc else { return Ok(None) };
+        let starts = |&effect: &Id| self.all_starts(&[effect]).into_iter().map(move |start| (effect, start));
+        let begun: Vec<(Id, usize)> = effects.iter().flat_map(starts).collect();
+        let read = |(effect, start): (Id, usize)| {
+            let fit = Fit::begin(&self.model, &[effect], start, self.fit_guess.clone());
+            self.read_through_arc(&fit).map(|(_, unexplained)| (fit, unexplained))
+        };
+        let best = begun.into_par_iter().filter_map(read).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((mut fit, _)) = best else { return Ok(None) };
+        let mut other = self.clone();
+        other.forget_arc();
+        for _ in 0..READ_ABOUT {
+            if !other.drop_blind(&fit, options)? {
+                break;
+            }
+            fit = other.settle_added(&fit);
+        }
+        let explains_more = other.arc.as_ref().is_some_and(|other| other.unexplained < arc.unexplained);
+        Ok(explains_more.then_some((other, fit)))
+    }
+
+    /// Fits only the numbers of added effects, from where a fit has them, with the other numbers as that one has them.
+    fn settle_added(&self, from: &Fit) -> Fit {
+        let mut fit = self.begun_anew(from);
+        fit.hold(&self.unfitted);
+        fit = fit::fit(&self.model, &self.data(), fit, Until::settled(ROUNDS_ADDED, 1e-3));
+        let mut whole = self.begun_anew(from);
+        whole.take_over(&fit);
+        whole
+    }
+
+    /// What is read next through the arc is taken, whatever it leaves unexplained.
+    fn forget_arc(&mut self) {
+        if let Some(arc) = &mut self.arc {
+            arc.unexplained = f64::INFINITY;
+        }
+    }
+
+    /// Drops what the sensor shows in its blind arc, as the model of a fit follows the runs, where that explains more of what
+    /// was read than the model that was followed before, and leaves enough. Whether it does; the baseline is then to be
+    /// settled anew.
+    pub fn drop_blind(&mut self, fit: &Fit, options: &Options) -> Result<bool, DiagnoseError> {
+        let Some((read, unexplained)) = self.read_through_arc(fit) else { return Ok(false) };
+        let Some(arc) = self.arc.as_mut().filter(|arc| unexplained < arc.unexplained) else { return Ok(false) };
+        let before = std::mem::replace(&mut arc.unexplained, unexplained);
+        let [fit, held_out] = read;
+        let kept = [std::mem::replace(&mut self.fit, fit), std::mem::replace(&mut self.held_out, held_out)];
+        if self.cut(options).is_err() {
+            // A model that has lost the shaft drops too much.
+            [self.fit, self.held_out] = kept;
+            if let Some(arc) = &mut self.arc {
+                arc.unexplained = before;
+            }
+            self.cut(options)?;
+            return Ok(false);
+        }
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use recording::Recording;
+
+    use super::*;
+    use crate::tests::{STEPS, bench_with_a_drop, scripted};
+
+    #[test]
+    fn a_shaft_that_was_lost_in_the_arc_is_found_about_the_effect_that_it_lacks() {
+        let (file, truth) = bench_with_a_drop();
+        let runs: Vec<Recording> = (1..3).map(|seed| scripted(&truth, &STEPS, 8.3, seed)).collect();
+        let options = Options::default();
+        let (session, _) = Session::open(&file, &runs[..1], &runs[1..], &options).unwrap();
+        let effects = ["coulomb_friction", "driver_drop", "driver_deadband"].map(|name| Id::of(name).unwrap());
+        let (found, fit) = session.read_about_effects(&effects, &options).unwrap().unwrap();
+        let unexplained = |session: &Session| session.arc.as_ref().unwrap().unexplained;
+        let (before, after) = (unexplained(&session), unexplained(&found));
+        assert!(after < 0.2 * before, "{after} of {before}");
+        assert_eq!(fit.effects, [effects[1]]);
+        let drop_v = found.model.values(&fit.effects, |number| fit.value(number))[&effects[1]][0];
+        assert!((drop_v - 0.8).abs() < 0.03, "{drop_v} V");
+    }
+}
