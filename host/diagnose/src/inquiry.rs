@@ -420,16 +420,13 @@ impl<'a> Inquiry<'a> {
             // The model with an effect may follow the shaft through the sensor's blind arc where that without it was lost, and a walking
             // body, about which the noise of a model that was lost says nothing.
             let noise = if on_ground { search::floor(session, &candidates) } else { session.noise };
-            let Some(best) = search::best(&candidates) else { break };
-            let reached = reaches(noise, baseline, best);
+            let best = search::best(&candidates).filter(|best| !reaches(noise, baseline, best));
             // To follow a body anew takes as long as all else, and under a model that leaves so little it is followed well enough.
-            if pass + 1 == passes || on_ground && (reached || !leaves_much(noise, baseline)) {
-                break;
-            }
+            let looks_again = pass + 1 < passes && (!on_ground || leaves_much(noise, baseline));
+            let Some(best) = best.filter(|_| looks_again) else { break };
             let mut followed = best.fit.clone();
             if !self.look_anew(session, &followed)? {
-                let about = if reached { None } else { session.read_about_effects(effects, self.options)? };
-                let Some((other, fit)) = about else { break };
+                let Some((other, fit)) = session.read_about_effects(effects, self.options)? else { break };
                 (*session, followed) = (other, fit);
                 search::take(session, &mut candidates, &followed);
             }
