@@ -117,10 +117,66 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
-    use recording::Recording;
+    use std::path::Path;
+
+    use control::Actuation;
+    use effects::DriverDrop;
+    use hal_sim::SimulatedRobot;
+    use recording::{AngleReading, Drive, Recording};
+    use robot_file::robot::Quantity;
 
     use super::*;
-    use crate::tests::{STEPS, bench_with_a_drop, scripted};
+    use crate::tests::bench;
+
+    /// A run of a simulated robot with a potentiometer as its sensor reads it: duties from times (s) on, `None` with the bridge open.
+    fn scripted(robot: &Robot, script: &[(f64, Option<f64>)], seconds: f64, seed: u64) -> Recording {
+        let mut world = SimulatedRobot::new(robot, seed);
+        let tick_s = world.tick_s();
+        let mut out = Recording::default();
+        let (mut duties, mut codes) = (Vec::new(), Vec::new());
+        for tick in 0..(seconds / tick_s) as usize {
+            let t_s = tick as f64 * tick_s;
+            let duty = script.iter().take_while(|(from, _)| *from <= t_s).last().and_then(|(_, duty)| *duty);
+            out.t_s.push(t_s);
+            out.enable.push(duty.is_some());
+            duties.push(duty.unwrap_or(0.0));
+            codes.push(Some(world.sample().angle.0));
+            world.advance(Actuation { duty: duty.unwrap_or(0.0) as f32, enable: duty.is_some() });
+        }
+        out.angle = AngleReading::Adc(codes);
+        out.drive = Drive::Duty(duties);
+        out
+    }
+
+    /// Steps of the duty either way, with the bridge open now and then: time from which on, s, and duty.
+    const STEPS: [(f64, Option<f64>); 16] = [
+        (0.0, None),
+        (0.05, Some(-0.419)),
+        (0.815, Some(-0.204)),
+        (1.371, Some(-0.331)),
+        (1.739, Some(-0.402)),
+        (2.632, Some(-0.211)),
+        (3.386, Some(0.407)),
+        (3.512, Some(0.216)),
+        (3.707, Some(0.329)),
+        (4.527, Some(-0.343)),
+        (4.738, Some(0.425)),
+        (6.038, Some(0.217)),
+        (6.202, Some(-0.443)),
+        (7.17, None),
+        (7.758, Some(-0.203)),
+        (8.05, None),
+    ];
+
+    /// The bench with the robot's potentiometer, as its file has it and as it is, with a driver that keeps 0.8 V for itself.
+    fn bench_with_a_drop() -> (Robot, Robot) {
+        let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robot.toml")).unwrap();
+        let file = Robot { sensor: robot.sensor, ..bench() };
+        let mut truth = file.clone();
+        let quantity = |value| Quantity { value, low: value, high: value, source: "test".into() };
+        truth.effects.insert::<DriverDrop>([0.8, 0.0, 0.0].map(quantity).to_vec());
+        (file, truth)
+    }
 
     #[test]
     fn a_shaft_that_was_lost_in_the_arc_is_found_about_the_effect_that_it_lacks() {
