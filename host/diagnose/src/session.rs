@@ -421,7 +421,8 @@ impl Session {
     #[must_use]
     pub fn look_suited(&self, effects: &[Id], from: &Fit, starts: &[usize], (rounds, least): (usize, f64)) -> Fit {
         self.best_of_starts(effects, from, starts, |begun, best| {
-            self.look_on(self.suited(begun, from, rounds, f64::INFINITY), from, rounds, best.min(least))
+            let suited = self.suited(begun, from, |added| self.look_on(added, from, rounds, f64::INFINITY));
+            self.look_on(suited, from, rounds, best.min(least))
         })
     }
 
@@ -446,13 +447,12 @@ impl Session {
         best.unwrap_or_else(|| Fit::begin(&self.model, effects, 0, self.coarse_starts(from)))
     }
 
-    /// A fit that has begun, with those numbers of added effects that suit the ones of another fit, on a third of the
-    /// rollouts.
-    fn suited(&self, mut begun: Fit, from: &Fit, rounds: usize, least: f64) -> Fit {
+    /// A fit that has begun, with those numbers of added effects that suit the ones of another fit, by a fit of them alone.
+    fn suited(&self, mut begun: Fit, from: &Fit, alone: impl FnOnce(Fit) -> Fit) -> Fit {
         let mut added = begun.clone();
         added.hold(from);
         if added.free.iter().any(|one| !one.held()) {
-            added = self.look_on(added, from, rounds, least);
+            added = alone(added);
             begun.take_over(&added);
             begun.cost = added.cost;
         }
@@ -478,8 +478,9 @@ impl Session {
     #[must_use]
     pub fn again(&self, effects: &[Id], from: &Fit, rounds: usize, tolerance: f64, least: f64) -> Fit {
         let starts = self.all_starts(effects);
-        let mut fit =
-            self.best_of_starts(effects, from, &starts, |begun, least| self.suited(begun, from, rounds, least));
+        let mut fit = self.best_of_starts(effects, from, &starts, |begun, least| {
+            self.suited(begun, from, |added| self.look_on(added, from, rounds, least))
+        });
         fit.starts.clone_from(&from.starts);
         self.finish(fit, rounds, tolerance, least)
     }

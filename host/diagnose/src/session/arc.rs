@@ -70,20 +70,11 @@ impl Session {
             if !other.drop_blind(&fit, options)? {
                 break;
             }
-            fit = other.settle_added(&fit);
+            let alone = |added| fit::fit(&other.model, &other.data(), added, Until::settled(ROUNDS_ADDED, 1e-3));
+            fit = other.suited(other.begun_anew(&fit), &other.unfitted, alone);
         }
         let explains_more = other.arc.as_ref().is_some_and(|other| other.unexplained < arc.unexplained);
         Ok(explains_more.then_some((other, fit)))
-    }
-
-    /// Fits only the numbers of added effects, from where a fit has them, with the other numbers as that one has them.
-    fn settle_added(&self, from: &Fit) -> Fit {
-        let mut fit = self.begun_anew(from);
-        fit.hold(&self.unfitted);
-        fit = fit::fit(&self.model, &self.data(), fit, Until::settled(ROUNDS_ADDED, 1e-3));
-        let mut whole = self.begun_anew(from);
-        whole.take_over(&fit);
-        whole
     }
 
     /// What is read next through the arc is taken, whatever it leaves unexplained.
