@@ -111,6 +111,9 @@ pub struct Circumstances<'a> {
     pub supply_is_measured: bool,
     /// The answer as it stands tells next to nothing: an explanation must be one by which it tells something.
     pub hidden: bool,
+    /// Much of the motion is none that the answer explains: it does not tell how soon the shaft takes up its speed. One that coasts
+    /// within the drop of its driver looks slow.
+    pub rough: bool,
     /// Usual time between rows, in the recording's unit.
     pub step: f64,
 }
@@ -177,6 +180,9 @@ pub fn explain(answer: &Answer, at: &Circumstances, read: &dyn Fn(DriveAs) -> Re
     found.retain(|one| one.causes.len() == simplest);
     if !at.drive.is_beyond_duty && !at.rows_are_slow() {
         found.extend(another_rig(answer, at, simplest));
+    }
+    if at.rough {
+        found.retain(|one| !matches!(one.causes[..], [Cause::TimeConstant(_)]));
     }
     found.sort_by(|a, b| a.penalty.total_cmp(&b.penalty));
     let best = found.first().map_or(0.0, |one| one.penalty);

@@ -145,10 +145,12 @@ fn supply(robot: &Robot, recordings: &[Recording]) -> Option<Finding> {
 fn check_alike(robot: &Robot, runs: &[&(&Recording, Motion)], found: &mut RigCheck) {
     let motions: Vec<&Motion> = runs.iter().map(|(_, motion)| motion).collect();
     let supply_is_measured = runs.iter().all(|(one, _)| one.supply_v.len() == one.len());
+    let turn = motions.iter().find_map(|motion| motion.turn);
+    let named = response(&motions, turn.unwrap_or(TAU));
     let mut at = Circumstances {
         robot,
         expected: Expected::new(robot, supply_is_measured),
-        turn: motions.iter().find_map(|motion| motion.turn),
+        turn,
         drive: DriveColumn {
             is_voltage: matches!(runs[0].0.drive, Drive::Voltage(_)),
             is_beyond_duty: motions.iter().any(|motion| motion.is_beyond_duty()),
@@ -156,10 +158,9 @@ fn check_alike(robot: &Robot, runs: &[&(&Recording, Motion)], found: &mut RigChe
         },
         supply_is_measured,
         hidden: false,
+        rough: named.as_ref().is_some_and(Response::is_rough),
         step: motions.iter().map(|motion| motion.usual_step).fold(0.0, f64::max),
     };
-    let turn = at.turn.unwrap_or(TAU);
-    let named = response(&motions, turn);
     match sign(&motions, named.as_ref()) {
         Some(Sign { reversed: true, evidence }) => found.findings.push(words::reversed(evidence)),
         None => found.unchecked.push("the sign of the angle: drive and motion do not tell".to_owned()),
@@ -178,7 +179,9 @@ fn check_alike(robot: &Robot, runs: &[&(&Recording, Motion)], found: &mut RigChe
         return;
     }
     let explanations = explain(&answer, &at, &read);
-    if !is_right || !explanations.is_empty() {
+    if at.rough && explanations.is_empty() {
+        found.unchecked.push(words::rough());
+    } else if !is_right || !explanations.is_empty() {
         found.findings.push(words::scales(&answer, &at, &explanations));
     }
 }
@@ -253,13 +256,12 @@ fn work(motions: &[&Motion]) -> Option<f64> {
 
 /// What of an answer is known. Its sign is another question.
 fn observed(answer: Option<&Response>, motions: &[&Motion]) -> Answer {
-    let known = |estimate: Estimate| {
-        let size = estimate.value.abs();
-        (estimate.relative() < KNOWN)
-            .then(|| Observed { value: size, doubt: STRUCTURE * (SIGMAS * estimate.relative()).exp() })
-    };
     let nothing = Answer { speed_at_least: speed_at_least(motions), ..Answer::default() };
     let Some(answer) = answer else { return nothing };
+    let known = |estimate: Estimate| {
+        let doubt = STRUCTURE * (SIGMAS * estimate.relative()).exp();
+        (estimate.relative() < KNOWN).then(|| Observed { value: estimate.value.abs(), doubt })
+    };
     // A shaft that gains speed by itself is none: what pulls at it is not in the equation.
     if answer.damping.value <= 0.0 {
         return Answer { gain: known(answer.gain), ..nothing };

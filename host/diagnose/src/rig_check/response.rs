@@ -21,6 +21,8 @@ const MISSING: f64 = 0.25;
 const GAP: f64 = 3.0;
 /// Share of the speed's own variance that the reading's noise may make.
 const NOISE: f64 = 0.15;
+/// Share of the acceleration beyond the reading's noise that the equation leaves at most where its answer is not a rough one.
+const UNEXPLAINED: f64 = 0.25;
 /// Share of a window's travel that each quarter of it has at least: a shaft that starts from rest has a sixteenth in the first.
 const EVEN: f64 = 0.08;
 /// Gain, damping, friction, a constant torque, and one that turns with the shaft.
@@ -53,16 +55,26 @@ pub struct Response {
     pub speed: Estimate,
     /// Share of the acceleration that the equation leaves.
     pub left_over: f64,
+    /// Share of the acceleration beyond the reading's noise that it leaves.
+    pub unexplained: f64,
     /// Length of the windows, in samples.
     pub length: usize,
 }
 
-/// The answer, by the length of windows that tells most; `None` where there are too few windows in which the driven shaft turns.
+impl Response {
+    /// Whether the equation leaves so much that its answer is a rough one: of what it does not know (a driver's drop, say, behind
+    /// which a shaft coasts) an answer takes in as much as it likes.
+    pub fn is_rough(&self) -> bool {
+        self.unexplained > UNEXPLAINED
+    }
+}
+
+/// The answer, by the length of windows that tells most, of those that explain the motion if there are any; `None` where there are too few windows in which the driven shaft turns.
 /// `turn` is a turn in the reading's unit.
 pub fn response(runs: &[&Motion], turn: f64) -> Option<Response> {
     let answers = LENGTHS.iter().filter_map(|&length| of_length(runs, length, turn));
     let doubt = |one: &Response| one.gain.relative() + one.damping.relative();
-    answers.min_by(|a, b| doubt(a).total_cmp(&doubt(b)))
+    answers.min_by(|a, b| a.is_rough().cmp(&b.is_rough()).then(doubt(a).total_cmp(&doubt(b))))
 }
 
 /// The normal equations of some windows.
@@ -175,12 +187,14 @@ pub fn of_length(runs: &[&Motion], length: usize, turn: f64) -> Option<Response>
         let deviation = (sum * (without.len() as f64 - 1.0) / without.len() as f64).sqrt();
         Estimate { value: whole[place], deviation }
     };
-    let left_over = all.left_over() * all.count / all.square;
+    let of_noise = noise * noise_gain[0] / noise_gain[1];
+    let left = all.left_over() * all.count;
     (without.len() == BLOCKS).then(|| Response {
         gain: estimate(0),
         damping: estimate(1),
         speed: estimate(2),
-        left_over,
+        left_over: left / all.square,
+        unexplained: (left - of_noise).max(0.0) / (all.square - of_noise).max(f64::MIN_POSITIVE),
         length,
     })
 }

@@ -165,6 +165,8 @@ impl Excitation {
             0 => (0..4).map(|i| 0.35 * (TAU * [0.3, 0.9, 2.1, 4.3][i] * t + self.phases[i]).sin()).sum::<f64>(),
             1 | 2 => self.size * level,
             3 => self.size * (TAU * (0.2 + 0.4 * t) * t).sin(),
+            // Steps of the duty that leave the driver's drop behind by little.
+            5 => 0.35 * level,
             // A servo that is told where to go.
             _ => 2.0 * (4.0 * level - angle),
         };
@@ -514,6 +516,20 @@ fn a_measured_supply_that_the_file_does_not_have_is_said_once() {
     let check = check_rig(&file, &runs);
     assert_eq!(check.findings[0].mends[0].causes, [Cause::Supply(12.0)]);
     assert_eq!(check.findings.iter().filter(|finding| finding.problem.contains("measured supply")).count(), 1);
+}
+
+/// While the drive is within a drop of the back EMF no current flows, and the shaft coasts: it looks like one with a heavier load.
+#[test]
+fn a_driver_that_takes_volts_is_no_heavier_load() {
+    let file = file("bench-linear");
+    let mut robot = file.clone();
+    robot.effects.insert::<DriverDrop>(vec![number(0.8), number(0.0), number(0.0)]);
+    let sensor = Some(Reading { noise: 8e-3, bits: 12, ..FINE });
+    let rig = Rig { kind: 5, runs: 2, sensor, ..Rig::of(robot) };
+    for seed in 1..=40 {
+        let check = check_rig(&file, &rig.record(seed));
+        assert_eq!(check.findings, [], "seed {seed}: {}", words(&check));
+    }
 }
 
 /// The firmware in the loop, on a rig that is not the file's: steady speeds, swings, an uncalibrated potentiometer.

@@ -60,6 +60,11 @@ pub fn unchecked(answer: &Answer) -> Vec<String> {
     words.into_iter().map(str::to_owned).collect()
 }
 
+/// What stays unchecked where the answer is a rough one.
+pub fn rough() -> String {
+    "the time base: more than drive, damping and friction turns and brakes the shaft (a driver that takes some volts, say)".to_owned()
+}
+
 /// The answer is not the file's.
 pub fn scales(answer: &Answer, at: &Circumstances, explanations: &[Explanation]) -> Finding {
     let mut mends: Vec<Mend> = explanations.iter().map(|one| mend(&one.causes, at.robot)).collect();
