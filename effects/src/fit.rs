@@ -66,4 +66,6 @@ pub struct Sizes {
     pub free_speed: f64,
     /// Turns of the rotor a turn of the shaft.
     pub gear_ratio: f64,
+    /// Share of the readings that repeat the one before, at most.
+    pub repeats: f64,
 }

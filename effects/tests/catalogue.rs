@@ -11,6 +11,7 @@ const SIZES: Sizes = Sizes {
     inertia_kg_m2: 1.4e-6,
     free_speed: 240.0,
     gear_ratio: 26.0,
+    repeats: 1.0,
 };
 
 fn root() -> PathBuf {

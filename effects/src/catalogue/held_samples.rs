@@ -53,9 +53,10 @@ impl Effect for HeldSamples {
         Self { held_share: values[0] }
     }
 
-    fn fit(_sizes: &Sizes) -> Vec<FitNumber> {
-        let share = FitNumber::linear("held_share", "the share of held readings", 0.05, 0.2, [0.0, 0.95]);
-        vec![FitNumber { starts: vec![0.2, 0.7], ..share }]
+    fn fit(sizes: &Sizes) -> Vec<FitNumber> {
+        let most = sizes.repeats.min(0.95);
+        let share = FitNumber::linear("held_share", "the share of held readings", 0.05, 0.2, [0.0, most]);
+        vec![FitNumber { starts: vec![0.2f64.min(0.5 * most), 0.7f64.min(0.9 * most)], ..share }]
     }
 
     #[inline]

@@ -79,6 +79,14 @@ pub fn scatter(track: &Track, rolled: &Rolled) -> Scatter {
 /// Sample, time and what is left, of readings that a cubic is fitted to.
 type Window = Vec<(usize, f64, f64)>;
 
+/// Standard deviation of what fourth differences of readings see, which the motion itself hardly has.
+pub fn fast_noise(angle: &[f64]) -> f64 {
+    let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs();
+    let mut sizes: Vec<f64> = angle.windows(5).map(fourth).filter(|size| size.is_finite()).collect();
+    // Of a normal distribution, whose median size is 0.6745 of its deviation; the weights' squares sum to 70.
+    median(&mut sizes).unwrap_or(0.0) / 0.6745 / 70f64.sqrt()
+}
+
 /// The windows of one segment.
 fn windows_of(track: &Track, segment: &Segment, readings: &[f64]) -> Vec<Window> {
     let mut windows = Vec::new();

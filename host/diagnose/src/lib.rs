@@ -69,6 +69,7 @@ mod pairs;
 mod partial;
 mod place;
 mod probe;
+mod repeats;
 mod rig_check;
 mod rollout;
 mod scale_free;

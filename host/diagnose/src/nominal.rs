@@ -73,6 +73,7 @@ impl FileModel {
             inertia_kg_m2: shaft.inertia_kg_m2,
             free_speed: rail_v / shaft.torque_constant,
             gear_ratio: robot.motor.gear_ratio.value,
+            repeats: 1.0,
         };
         let effects: BTreeMap<Id, Vec<f64>> =
             robot.effects.listed().filter_map(|id| Some((id, robot.effects.values(id)?))).collect();
@@ -87,6 +88,12 @@ impl FileModel {
         let converter = ConverterError::new(robot);
         free.extend(converter.iter().flat_map(ConverterError::numbers));
         Self { file, converter, effects, free, rail_v, sizes, time_constant_s, step_share: 1.0 }
+    }
+
+    /// The same for runs of whose readings at most this share repeat the one before.
+    #[must_use]
+    pub fn with_repeats(self, most: f64) -> Self {
+        Self { sizes: Sizes { repeats: most, ..self.sizes }, ..self }
     }
 
     /// The same with an integrator whose own error is small beside what noise does to a fit's numbers. With the usual steps it is small

@@ -12,6 +12,7 @@ use super::floor::{self, Scatter};
 use super::ground;
 use super::nominal::FileModel;
 use super::probe::Shape;
+use super::repeats;
 use super::rollout::{self, Rolled, Starts};
 use super::track::{Cut, Segment, Track};
 use super::{DiagnoseError, Options};
@@ -163,11 +164,12 @@ impl Session {
         if on_ground {
             level.effects.remove(GravityTilt::SPEC.name);
         }
-        let model = FileModel::new(&level);
+        let fitted = tracks(fit, 0)?;
+        let model = FileModel::new(&level).with_repeats(repeats::most(&fitted));
         let mut session = Self {
             unfitted: Fit::begin(&model, &[], 0, Vec::new()),
             model,
-            fit: tracks(fit, 0)?,
+            fit: fitted,
             held_out: tracks(held_out, fit.len())?,
             horizon_s: 0.0,
             noise: 0.0,

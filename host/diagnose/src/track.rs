@@ -1,5 +1,7 @@
 //! A recording made ready for rollouts: angles on one scale, inputs integrated, the run cut into segments.
 
+use std::f64::consts::TAU;
+
 use common::{quantile, wrap};
 use hal_sim::driver::Driver;
 use robot_file::angle_code::{AdcCurve, Track as Element, angle_scale, corrected_angle};
@@ -10,6 +12,8 @@ use super::blind_arc::{MARGIN, drop_jumps};
 use super::probe::SLOW;
 use recording::{AngleReading, Drive, Recording};
 
+/// Readings that are wrapped range over no more turns than this.
+const WRAPPED: f64 = 1.02;
 /// A rollout needs at least this many readings.
 const FEWEST_READINGS: usize = 10;
 /// A step in time this many times the usual one ends a segment.
@@ -174,7 +178,11 @@ impl Track {
             drive_integral[i] = drive_integral[i - 1] + drive[i - 1] * (recording.t_s[i] - recording.t_s[i - 1]);
         }
         let current: Vec<f64> = recording.current_a.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect();
-        let unwrapped = unwrapped(&angle, FASTER * no_load_speed(robot) * usual_step(&recording.t_s));
+        let unwrapped = if is_continuous(&angle) {
+            angle.iter().map(|reading| reading.unwrap_or(f64::NAN)).collect()
+        } else {
+            unwrapped(&angle, FASTER * no_load_speed(robot) * usual_step(&recording.t_s))
+        };
         let mut track = Self {
             t: recording.t_s.clone(),
             weight: angle.iter().map(|reading| f64::from(reading.is_some())).collect(),
@@ -373,6 +381,14 @@ fn usual_step(t_s: &[f64]) -> f64 {
     *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// Whether readings are on one continuous scale as they are: they range over more than a turn, spikes aside. A sensor that holds a reading
+/// while the shaft turns on jumps by more than half a turn then, which is none too many.
+fn is_continuous(readings: &[Option<f64>]) -> bool {
+    let mut known: Vec<f64> = readings.iter().copied().flatten().collect();
+    let ends = [0.01, 0.99].map(|share| quantile(&mut known, share).unwrap_or(0.0));
+    ends[1] - ends[0] > WRAPPED * TAU
+}
+
 /// Readings on one continuous scale. Across missing readings the shaft is taken to go on at the speed it had; so it is from one to
 /// the next where it may turn by `farthest` (rad) in between, and that is near half a turn: which turn it is, the reading alone does
 /// not say then.
@@ -403,4 +419,39 @@ pub fn unwrapped(readings: &[Option<f64>], farthest: f64) -> Vec<f64> {
         before = Some((i, out[i]));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// A shaft that turns by `per_sample` (rad), of which every tenth reading and the one after it repeat the one before.
+    fn held(per_sample: f64) -> Vec<f64> {
+        let read = |i: usize| per_sample * (if i % 10 < 2 { i - i % 10 - usize::from(i >= 10) } else { i }) as f64;
+        (0..200).map(read).collect()
+    }
+
+    #[test]
+    fn readings_on_one_scale_stay_there_however_far_the_shaft_turns_past_a_held_one() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/bench-linear.toml");
+        let robot = Robot::load(&file).unwrap();
+        let angle = held(1.3);
+        let recording = Recording {
+            t_s: (0..200).map(|i| f64::from(i) * 0.01).collect(),
+            enable: vec![true; 200],
+            drive: Drive::Duty(vec![0.5; 200]),
+            angle: AngleReading::Angle(angle.iter().copied().map(Some).collect()),
+            ..Recording::default()
+        };
+        assert_eq!(Track::new(&robot, &recording, 0).unwrap().angle, angle);
+    }
+
+    #[test]
+    fn wrapped_readings_are_no_scale_of_their_own() {
+        let wrapped: Vec<_> = (0..200).map(|i| Some(wrap(0.3 * f64::from(i)))).collect();
+        assert!(!is_continuous(&wrapped));
+        assert!(unwrapped(&wrapped, 0.0).windows(2).all(|pair| (pair[1] - pair[0] - 0.3).abs() < 1e-9));
+    }
 }

@@ -8,7 +8,7 @@ use hal_sim::driver::Driver;
 use recording::{AngleReading, Drive, Recording};
 use robot_file::robot::{Robot, Sensor};
 
-use crate::track;
+use crate::{floor, track};
 
 /// A wrapped reading jumps by at least this share of its range.
 const JUMP: f64 = 0.6;
@@ -86,7 +86,7 @@ impl Motion {
         let usual_step = median(&mut steps).unwrap_or(0.0);
         Ok(Self {
             t: recording.t_s.clone(),
-            noise: noise(&angle),
+            noise: floor::fast_noise(&angle),
             angle,
             volts: volts(robot, recording, DriveAs::Named),
             enable: recording.enable.clone(),
@@ -147,12 +147,4 @@ fn turn(robot: &Robot, read: &[Option<f64>]) -> Option<f64> {
     let mut turns = [TAU, 360.0, 1.0].into_iter().chain(counts).chain(powers);
     // Without a better one a turn of radians, as recordings have it.
     turns.find(|turn| TURN_SHARE.contains(&(range / turn))).or(Some(TAU).filter(|turn| range < *turn))
-}
-
-/// Standard deviation of what fourth differences see, which the motion itself hardly has.
-fn noise(angle: &[f64]) -> f64 {
-    let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs();
-    let mut sizes: Vec<f64> = angle.windows(5).map(fourth).filter(|size| size.is_finite()).collect();
-    // Of a normal distribution, whose median size is 0.6745 of its deviation; the weights' squares sum to 70.
-    median(&mut sizes).unwrap_or(0.0) / 0.6745 / 70f64.sqrt()
 }
