@@ -157,6 +157,25 @@ fn assert_found_in_class(rig: &Rig, class: &[&str], key: &str, truth: f64) {
     assert!(diagnosis.gain.percent_of_excess_removed > 95.0 && diagnosis.gain.low > 90.0);
 }
 
+/// The largest share of held readings that a fit to runs may try.
+fn most_held(runs: &[Recording]) -> f64 {
+    let (session, _) = Session::open(&bench(), &runs[..2], &runs[2..], &Options::default()).unwrap();
+    let numbers = session.model.with(&[Id::of("held_samples").unwrap()], 0);
+    numbers.iter().find(|one| one.number == Number::OfEffect("held_share")).unwrap().high
+}
+
+#[test]
+fn late_readings_of_which_none_repeats_are_not_held_ones() {
+    let mut runs = changed(|rig| rig.delay_samples = 3).runs(11);
+    runs.truncate(3);
+    assert!(most_held(&runs) < 0.01, "{}", most_held(&runs));
+    for run in &mut runs {
+        let AngleReading::Angle(cells) = &mut run.angle else { unreachable!() };
+        (1..cells.len()).filter(|i| i % 20 == 0).for_each(|i| cells[i] = cells[i - 1]);
+    }
+    assert!((0.05..0.1).contains(&most_held(&runs)), "{}", most_held(&runs));
+}
+
 #[test]
 fn wrong_numbers_are_refitted_and_nothing_is_named() {
     let rig = Rig::off();
