@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use effects::{Coordinate, Id};
+use effects::{Acts, Coordinate, Id};
 use robot_file::robot::Robot;
 
 use super::bootstrap::Bootstrap;
@@ -94,9 +94,10 @@ pub struct Found {
     pub is_of_open_numbers: bool,
 }
 
-/// Whether an effect is the same all round the shaft, as most frictions are.
+/// Whether an effect is a torque that is the same all round the shaft, as most frictions are. What a play of the sensor leaves may follow
+/// the angle: where the shaft has turned round, a law that is nearly right leaves most.
 fn is_even(effect: &Id) -> bool {
-    effect.spec().shows_in == Coordinate::Speed
+    effect.spec().shows_in == Coordinate::Speed && effect.spec().acts == Acts::Shaft
 }
 
 /// Whether an effect is a friction that differs around the shaft.
@@ -486,5 +487,6 @@ mod tests {
             ["coulomb_friction", "directional_friction", "friction_patch", "load_friction", "stribeck_friction"];
         assert_eq!(frictions, expected);
         assert_eq!(names(is_uneven), ["friction_patch"]);
+        assert!(!names(is_even).contains(&"sensor_hysteresis"), "{:?}", names(is_even));
     }
 }
