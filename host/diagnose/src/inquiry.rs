@@ -270,7 +270,12 @@ impl<'a> Inquiry<'a> {
                 return true;
             }
         }
-        if found.decision.verdict == Verdict::Unexplained && self.leaves_its_own(session, model, effects) {
+        // Noise that remembers, and of its own no more than a trace, is still to be asked for.
+        let leaves_noise = || self.noise_left_by(session, &found.baseline, model, effects).is_some();
+        if found.decision.verdict == Verdict::Unexplained
+            && self.leaves_its_own(session, model, effects)
+            && !leaves_noise()
+        {
             return true;
         }
         if !model.effects.iter().any(is_even) || model.mean_square() <= AT_FLOOR * AT_FLOOR * noise {
