@@ -52,6 +52,7 @@ mod extend;
 mod fit;
 mod floor;
 mod ground;
+mod held;
 mod inquiry;
 mod map;
 mod memory;
@@ -228,6 +229,7 @@ pub fn diagnose(
         let found = Inquiry::new(robot, options).run(session, baseline)?;
         options.tell("writing down", 0.97);
         let mut diagnosis = write_down(robot, &found, options.seed);
+        held::add(&mut diagnosis, robot, &found.session);
         diagnosis.rig_doubts = findings(robot, fit, held_out).iter().map(RigDoubt::from).collect();
         diagnosis.detail.summary = words::summary(&diagnosis);
         options.tell("done", 1.0);

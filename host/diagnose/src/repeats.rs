@@ -1,36 +1,119 @@
-//! How many readings repeat the one before them, which the readings say themselves: while the shaft moves, two that follow each other are
-//! equal to the last digit only where one was held. A reading that is late by as much on average repeats none.
+//! Readings that repeat the one before them. While the shaft moves, two that follow each other are equal to the last digit only where the
+//! second was held: a bus lost a message, or the sensor was asked before it had measured again. A reading that is late repeats none.
 
 use super::floor;
 use super::track::Track;
 
-/// A shaft moves where it turns in a sample by this many deviations of the reading's noise: then two readings are not equal by chance.
-const MOVES: f64 = 8.0;
+/// A shaft moves beyond doubt where it turns in a sample by this many deviations of the reading's noise, and by this many of its steps:
+/// two readings are not equal by chance then.
+const MOVES: (f64, f64) = (8.0, 3.0);
+/// Where readings are held, those that repeat the one before are dropped from this share of a deviation or step a sample on. Of a shaft
+/// that is slower equal readings are right ones, and a held one is hardly off.
+const SLOWLY: f64 = 0.5;
 /// Samples on either side over which it does: over many, since a sensor that is read more often than it measures stands still for some;
 /// and over few, since a shaft may stand still too.
 const AROUND: (usize, usize) = (20, 3);
 /// Readings closer than this are equal, rad.
 const EQUAL: f64 = 1e-12;
+/// So many held readings of a run are no accident.
+const FEWEST: usize = 5;
+/// Of more than this share of held readings what is left does not follow a shaft.
+const MOST: f64 = 0.6;
+
+/// The repeats of one run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Repeats {
+    /// Readings that were taken while the shaft moved beyond doubt.
+    pub moving: usize,
+    /// Those of them that repeat the one before.
+    pub held: usize,
+    /// Times that a reading of those was held, however long.
+    holds: usize,
+    /// Places of all readings that repeat the one before while the shaft moves, by no more than a reading can tell.
+    pub stale: Vec<usize>,
+}
+
+impl Repeats {
+    /// Of a run's readings on one scale, rad; NaN where there is none.
+    pub fn of(angle: &[f64]) -> Self {
+        let (noise, step) = (floor::fast_noise(angle), least_step(angle));
+        let surely = (MOVES.0 * noise).max(MOVES.1 * step);
+        let mut found = Self::default();
+        for i in 1..angle.len() {
+            let is_held = are_equal(&angle[i - 1..=i]);
+            let turns = |half: usize, least: f64| turns(angle, i, half, least);
+            if is_held && [AROUND.0, AROUND.1].into_iter().any(|half| turns(half, SLOWLY * noise.max(step))) {
+                found.stale.push(i);
+            }
+            let stands_in_between = is_held && all_equal(angle, i);
+            if turns(AROUND.0, surely) && (stands_in_between || turns(AROUND.1, surely)) {
+                found.moving += 1;
+                found.held += usize::from(is_held);
+                found.holds += usize::from(is_held && (i < 2 || !are_equal(&angle[i - 2..i])));
+            }
+        }
+        found
+    }
+
+    /// Whether readings were held, and so many left that they follow the shaft.
+    pub fn are_held(&self) -> bool {
+        self.held >= FEWEST && (self.held as f64) < MOST * self.moving as f64
+    }
+
+    fn and(self, other: &Self) -> Self {
+        Self {
+            moving: self.moving + other.moving,
+            held: self.held + other.held,
+            holds: self.holds + other.holds,
+            stale: Vec::new(),
+        }
+    }
+
+    /// Share of the readings that repeat the one before: value and 95 % interval (E. B. Wilson, J. American Statistical Association 22,
+    /// 1927), for holds as long as these are.
+    pub fn share(&self) -> [f64; 3] {
+        const Z: f64 = 1.96;
+        let share = self.held as f64 / self.moving as f64;
+        // Readings of one hold are not independent: of holds whose lengths are geometric the variance is so many times as large.
+        let times = 2.0 * self.held as f64 / self.holds.max(1) as f64 - 1.0;
+        let n = self.moving as f64 / times.max(1.0);
+        let middle = share + 0.5 * Z * Z / n;
+        let half = Z * (share * (1.0 - share) / n + 0.25 * (Z / n).powi(2)).sqrt();
+        [share, (middle - half) / (1.0 + Z * Z / n), (middle + half) / (1.0 + Z * Z / n)]
+    }
+}
+
+/// The repeats of all runs.
+pub fn of_all<'a>(tracks: impl Iterator<Item = &'a Track>) -> Repeats {
+    tracks.fold(Repeats::default(), |all, track| all.and(&track.repeats))
+}
 
 /// The largest share of readings that repeat the one before: 99.9 % bound of a Poisson count; 1 where too few were read on the move.
 pub fn most(tracks: &[Track]) -> f64 {
-    let counts = tracks.iter().map(|track| count(&track.angle));
-    let (repeats, moving) = counts.fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
-    let bound = repeats + 3.1 * f64::sqrt(repeats) + 7.0;
+    let moving = of_all(tracks.iter()).moving as f64;
+    // What was held has been taken out.
+    let left = of_all(tracks.iter().filter(|track| !track.repeats.are_held())).held as f64;
+    let bound = left + 3.1 * left.sqrt() + 7.0;
     if bound < moving { bound / moving } else { 1.0 }
 }
 
-/// Readings that repeat the one before, and all, of those that were read on the move.
-fn count(angle: &[f64]) -> (f64, f64) {
-    let least = MOVES * floor::fast_noise(angle);
-    let (wide, narrow) = AROUND;
-    let moving = (wide..angle.len().saturating_sub(wide)).filter(|&i| {
-        let turns = |half: usize| (angle[i + half] - angle[i - half]).abs() > least * 2.0 * half as f64;
-        let held_all_along = || angle[i - narrow..=i + narrow].windows(2).all(are_equal);
-        turns(wide) && (turns(narrow) || held_all_along())
-    });
-    moving
-        .fold((0.0, 0.0), |(repeats, all), i| (repeats + f64::from(u8::from(are_equal(&angle[i - 1..=i]))), all + 1.0))
+/// Whether the shaft turns by this much (rad) a sample, over so many samples on either side of a reading; of fewer where the run ends.
+fn turns(angle: &[f64], i: usize, half: usize, least: f64) -> bool {
+    let (first, last) = (i.saturating_sub(half), (i + half).min(angle.len() - 1));
+    let turned = (angle[last] - angle[first]).abs();
+    turned > least * (last - first) as f64
+}
+
+/// Whether all readings around one are equal to it.
+fn all_equal(angle: &[f64], i: usize) -> bool {
+    let (first, last) = (i.saturating_sub(AROUND.1), (i + AROUND.1).min(angle.len() - 1));
+    angle[first..=last].windows(2).all(are_equal)
+}
+
+/// What two readings differ by at least, if they do, rad; 0 where there are no two.
+fn least_step(angle: &[f64]) -> f64 {
+    let steps = angle.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > EQUAL);
+    Some(steps.fold(f64::INFINITY, f64::min)).filter(|step| step.is_finite()).unwrap_or(0.0)
 }
 
 fn are_equal(pair: &[f64]) -> bool {
@@ -60,30 +143,28 @@ mod tests {
         read
     }
 
-    fn share((repeats, moving): (f64, f64)) -> f64 {
-        assert!(moving > 1000.0, "{moving} readings on the move");
-        repeats / moving
-    }
-
     #[test]
     fn a_moving_shaft_repeats_no_reading_by_chance() {
-        assert_eq!(count(&swing(0.0, 1)).0, 0.0);
+        let found = Repeats::of(&swing(0.0, 1));
+        assert!(found.held == 0 && found.moving > 1000, "{found:?}");
     }
 
     #[test]
     fn held_readings_are_counted() {
-        let found = share(count(&swing(0.1, 1)));
-        assert!((found - 0.1).abs() < 0.02, "{found}");
+        let found = Repeats::of(&swing(0.1, 1));
+        let [share, low, high] = found.share();
+        assert!(found.are_held() && low < 0.1 && 0.1 < high && high - low < 0.05, "{share} ({low} … {high})");
+        assert!(found.stale.len() >= found.held, "{found:?}");
     }
 
     #[test]
     fn a_sensor_that_is_read_more_often_than_it_measures_is_counted() {
-        let found = share(count(&swing(0.0, 8)));
-        assert!((found - 0.875).abs() < 0.02, "{found}");
+        let found = Repeats::of(&swing(0.0, 8));
+        assert!((found.share()[0] - 0.875).abs() < 0.02 && !found.are_held(), "{found:?}");
     }
 
     #[test]
     fn readings_at_rest_say_nothing() {
-        assert_eq!(count(&[0.5; 1000]), (0.0, 0.0));
+        assert_eq!(Repeats::of(&[0.5; 1000]), Repeats::default());
     }
 }

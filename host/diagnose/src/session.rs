@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use effects::{Effect, GravityTilt, Id};
+use effects::{Effect, GravityTilt, HeldSamples, Id};
 use robot_file::robot::Robot;
 
 use super::current::{self, current_noise};
@@ -164,13 +164,17 @@ impl Session {
         if on_ground {
             level.effects.remove(GravityTilt::SPEC.name);
         }
-        let fitted = tracks(fit, 0)?;
+        let (fitted, judged) = (tracks(fit, 0)?, tracks(held_out, fit.len())?);
+        // Held readings are not there any more.
+        if fitted.iter().chain(&judged).any(|track| track.repeats.are_held()) {
+            level.effects.remove(HeldSamples::SPEC.name);
+        }
         let model = FileModel::new(&level).with_repeats(repeats::most(&fitted));
         let mut session = Self {
             unfitted: Fit::begin(&model, &[], 0, Vec::new()),
             model,
             fit: fitted,
-            held_out: tracks(held_out, fit.len())?,
+            held_out: judged,
             horizon_s: 0.0,
             noise: 0.0,
             fit_noise: 0.0,

@@ -10,6 +10,7 @@ use robot_file::robot::{Potentiometer, Robot, Sensor};
 use super::DiagnoseError;
 use super::blind_arc::{MARGIN, drop_jumps};
 use super::probe::SLOW;
+use super::repeats::Repeats;
 use recording::{AngleReading, Drive, Recording};
 
 /// Readings that are wrapped range over no more turns than this.
@@ -42,6 +43,12 @@ pub struct Track {
     pub has_blind_arc: bool,
     /// Readings dropped because they are from the sensor's blind arc.
     pub dropped: usize,
+    /// Missing readings in a row across which the turns are counted right.
+    pub counted_across: usize,
+    /// Readings that repeat the one before; where they were held they are dropped.
+    pub repeats: Repeats,
+    /// Sum of squares by which those that were dropped are off, rad².
+    pub held_square: f64,
     /// Integral of `drive` up to each sample.
     pub drive_integral: Vec<f64>,
     /// Whether the bridge drives from this sample to the next.
@@ -71,7 +78,7 @@ pub struct Segment {
     pub last: usize,
     /// It follows the segment before it without a gap, so what no sensor sees (bristle, battery) carries over.
     pub linked: bool,
-    /// No reading is missing in between, so the turns are counted right.
+    /// No reading is missing in between, or none of so many that the shaft may turn half round meanwhile: the turns are counted right.
     pub whole: bool,
 }
 
@@ -178,11 +185,23 @@ impl Track {
             drive_integral[i] = drive_integral[i - 1] + drive[i - 1] * (recording.t_s[i] - recording.t_s[i - 1]);
         }
         let current: Vec<f64> = recording.current_a.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect();
-        let unwrapped = if is_continuous(&angle) {
-            angle.iter().map(|reading| reading.unwrap_or(f64::NAN)).collect()
-        } else {
-            unwrapped(&angle, FASTER * no_load_speed(robot) * usual_step(&recording.t_s))
+        let farthest = FASTER * no_load_speed(robot) * usual_step(&recording.t_s);
+        let mut unwrapped = on_one_scale(&angle, farthest);
+        // A potentiometer in its blind arc repeats readings too.
+        let repeats = if potentiometer.is_some() { Repeats::default() } else { Repeats::of(&unwrapped) };
+        let counted_across = match potentiometer {
+            // A shaft that is lost in the blind arc comes out of it on any turn.
+            Some(_) => 0,
+            None if is_continuous(&angle) => usize::MAX,
+            None => (NEARLY_HALF_A_TURN / farthest) as usize,
         };
+        let mut held_square = 0.0;
+        if repeats.are_held() {
+            let held: Vec<f64> = repeats.stale.iter().map(|&i| unwrapped[i]).collect();
+            repeats.stale.iter().for_each(|&i| angle[i] = None);
+            unwrapped = on_one_scale(&angle, farthest);
+            held_square = square_off(&recording.t_s, &unwrapped, &repeats.stale, &held);
+        }
         let mut track = Self {
             t: recording.t_s.clone(),
             weight: angle.iter().map(|reading| f64::from(reading.is_some())).collect(),
@@ -195,6 +214,9 @@ impl Track {
             supply_v: if with_supply { recording.supply_v.clone() } else { Vec::new() },
             has_blind_arc: potentiometer.is_some(),
             dropped,
+            counted_across,
+            repeats,
+            held_square,
             drive_integral,
             enable: recording.enable.clone(),
             current: if current.len() == n { current } else { Vec::new() },
@@ -247,7 +269,7 @@ impl Track {
             let enough_read = readings >= FEWEST_READINGS.max((last - first) / 4) && 2 * hole <= last - first;
             let unknown = self.pull_unknown.get(first..last).is_some_and(|samples| samples.contains(&true));
             if long_enough && enough_read && !unknown {
-                segments.push(Segment { first, last, linked: contiguous, whole: readings == last - first });
+                segments.push(Segment { first, last, linked: contiguous, whole: hole <= self.counted_across });
                 contiguous = true;
             } else {
                 contiguous = false;
@@ -387,6 +409,25 @@ fn is_continuous(readings: &[Option<f64>]) -> bool {
     let mut known: Vec<f64> = readings.iter().copied().flatten().collect();
     let ends = [0.01, 0.99].map(|share| quantile(&mut known, share).unwrap_or(0.0));
     ends[1] - ends[0] > WRAPPED * TAU
+}
+
+/// Readings on one continuous scale, as they are or unwrapped.
+fn on_one_scale(readings: &[Option<f64>], farthest: f64) -> Vec<f64> {
+    if is_continuous(readings) {
+        return readings.iter().map(|reading| reading.unwrap_or(f64::NAN)).collect();
+    }
+    unwrapped(readings, farthest)
+}
+
+/// Sum of squares by which readings are off a straight line between those around them that are left, rad².
+fn square_off(t_s: &[f64], angle: &[f64], places: &[usize], readings: &[f64]) -> f64 {
+    let off = |(&i, reading): (&usize, &f64)| {
+        let before = (0..i).rfind(|&j| !angle[j].is_nan())?;
+        let after = (i + 1..angle.len()).find(|&j| !angle[j].is_nan())?;
+        let share = (t_s[i] - t_s[before]) / (t_s[after] - t_s[before]);
+        Some((reading - angle[before] - share * (angle[after] - angle[before])).powi(2))
+    };
+    places.iter().zip(readings).filter_map(off).sum()
 }
 
 /// Readings on one continuous scale. Across missing readings the shaft is taken to go on at the speed it had; so it is from one to

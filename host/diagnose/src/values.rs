@@ -219,7 +219,8 @@ fn motor(robot: &Robot, number: Number, value: [f64; 3]) -> Vec<FittedParameter>
     }
 }
 
-fn parameter(robot: &Robot, path: String, [value, low, high]: [f64; 3]) -> FittedParameter {
+/// A number by its path in the robot file, with what the file says: value and interval in the unit of its key.
+pub fn parameter(robot: &Robot, path: String, [value, low, high]: [f64; 3]) -> FittedParameter {
     let file_value = quantity(robot, &path).map(|quantity| quantity.value);
     FittedParameter { path, value, low, high, file_value }
 }
