@@ -15,8 +15,9 @@ const SLOWLY: f64 = 0.5;
 const AROUND: (usize, usize) = (20, 3);
 /// Readings closer than this are equal, rad.
 const EQUAL: f64 = 1e-12;
-/// So many held readings of a run are no accident.
+/// So many certain holds of a run are no accident, and this share of all at least: two holds that follow each other hide both.
 const FEWEST: usize = 5;
+const CERTAIN: f64 = 0.3;
 /// Of more than this share of held readings what is left does not follow a shaft.
 const MOST: f64 = 0.6;
 
@@ -29,6 +30,8 @@ pub struct Repeats {
     pub held: usize,
     /// Times that a reading of those was held, however long.
     holds: usize,
+    /// Times of those that the shaft cannot have stood still for as long.
+    certain: usize,
     /// Places of all readings that repeat the one before while the shaft moves, by no more than a reading can tell.
     pub stale: Vec<usize>,
 }
@@ -49,7 +52,10 @@ impl Repeats {
             if turns(AROUND.0, surely) && (stands_in_between || turns(AROUND.1, surely)) {
                 found.moving += 1;
                 found.held += usize::from(is_held);
-                found.holds += usize::from(is_held && (i < 2 || !are_equal(&angle[i - 2..i])));
+                if is_held && (i < 2 || !are_equal(&angle[i - 2..i])) {
+                    found.holds += 1;
+                    found.certain += usize::from(goes_on(angle, i, surely));
+                }
             }
         }
         found
@@ -57,7 +63,8 @@ impl Repeats {
 
     /// Whether readings were held, and so many left that they follow the shaft.
     pub fn are_held(&self) -> bool {
-        self.held >= FEWEST && (self.held as f64) < MOST * self.moving as f64
+        let is_no_accident = self.certain >= FEWEST && self.certain as f64 > CERTAIN * self.holds as f64;
+        is_no_accident && (self.held as f64) < MOST * self.moving as f64
     }
 
     fn and(self, other: &Self) -> Self {
@@ -65,6 +72,7 @@ impl Repeats {
             moving: self.moving + other.moving,
             held: self.held + other.held,
             holds: self.holds + other.holds,
+            certain: self.certain + other.certain,
             stale: Vec::new(),
         }
     }
@@ -102,6 +110,20 @@ fn turns(angle: &[f64], i: usize, half: usize, least: f64) -> bool {
     let (first, last) = (i.saturating_sub(half), (i + half).min(angle.len() - 1));
     let turned = (angle[last] - angle[first]).abs();
     turned > least * (last - first) as f64
+}
+
+/// Whether a shaft whose reading is held from a place on turned on meanwhile: it moves before and after, and has got as far as that makes. One
+/// that stands still for a sample or starts late has not.
+fn goes_on(angle: &[f64], first: usize, surely: f64) -> bool {
+    let Some(after) = (first + 1..angle.len()).find(|&i| !are_equal(&angle[i - 1..=i])) else { return false };
+    if first < 2 || after + 1 >= angle.len() {
+        return false;
+    }
+    let (before, jump, on) =
+        (angle[first - 1] - angle[first - 2], angle[after] - angle[after - 1], angle[after + 1] - angle[after]);
+    let side = before.signum();
+    let moves = side * on > surely && before.abs() > surely;
+    moves && side * jump > ((after - first) as f64 + 0.5) * before.abs().max(on.abs())
 }
 
 /// Whether all readings around one are equal to it.
@@ -155,6 +177,19 @@ mod tests {
         let [share, low, high] = found.share();
         assert!(found.are_held() && low < 0.1 && 0.1 < high && high - low < 0.05, "{share} ({low} … {high})");
         assert!(found.stale.len() >= found.held, "{found:?}");
+    }
+
+    /// A shaft that stops for some samples and goes on, read by a coarse sensor: readings are equal because it stood.
+    #[test]
+    fn a_shaft_that_stands_still_for_a_moment_holds_no_reading() {
+        let step = std::f64::consts::TAU / 1024.0;
+        let mut angle = 0.0;
+        let stops = (0..4000).map(|i| {
+            angle += if i % 60 < 2 { 0.0 } else { 0.05 };
+            (angle / step).round() * step
+        });
+        let found = Repeats::of(&stops.collect::<Vec<f64>>());
+        assert!(found.held > 50 && !found.are_held(), "{found:?}");
     }
 
     #[test]
