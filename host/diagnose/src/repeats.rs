@@ -185,7 +185,7 @@ mod tests {
         let step = std::f64::consts::TAU / 1024.0;
         let mut angle = 0.0;
         let stops = (0..4000).map(|i| {
-            angle += if i % 60 < 2 { 0.0 } else { 0.05 };
+            angle += if i % 60 < 2 { 0.0 } else { 0.1 * (0.004 * f64::from(i)).sin() };
             (angle / step).round() * step
         });
         let found = Repeats::of(&stops.collect::<Vec<f64>>());
