@@ -41,7 +41,7 @@ fn every_file_is_an_effect_of_its_name() {
 }
 
 /// Where effects are named besides their files, which of them, and why.
-const NAMED: [(&str, &[&str], &str); 16] = [
+const NAMED: [(&str, &[&str], &str); 17] = [
     ("robot-file/src/design/fill.rs", &["battery_sag"], "the firmware inverts what the supply does to a duty"),
     (
         "robot-file/src/design/mod.rs",
@@ -62,6 +62,7 @@ const NAMED: [(&str, &[&str], &str); 16] = [
     ("hal-sim/src/linearity.rs", &["sensor_nonlinearity"], "of a sensor the file knows bounds, a specimen is drawn"),
     ("hal-sim/src/robot.rs", &["sensor_nonlinearity"], "the specimen's error in place of the file's"),
     ("hal-sim/src/second_sensor.rs", &["sensor_nonlinearity"], "another specimen of the same sensor"),
+    ("host/diagnose/src/held.rs", &["held_samples"], "they are told by counting equal readings, not by a fit"),
     (
         "host/diagnose/src/session.rs",
         &["gravity_tilt"],

@@ -9,21 +9,19 @@ use super::track::Track;
 use super::values;
 use super::verdict::{CandidateEvidence, Cause, Diagnosis, Gain, Verdict};
 
+/// The effect's name.
+pub const NAME: &str = HeldSamples::SPEC.name;
+
 /// Adds held readings to a diagnosis that was made without them, where there are any and the file does not have them.
 pub fn add(diagnosis: &mut Diagnosis, robot: &Robot, session: &Session) {
-    let name = HeldSamples::SPEC.name;
     let is_held = |track: &&Track| track.repeats.are_held();
     let found = repeats::of_all(session.fit.iter().chain(&session.held_out).filter(is_held));
-    if found.held == 0 || robot.effects.listed().any(|id| id.name() == name) {
+    if found.held == 0 || robot.effects.listed().any(|id| id.name() == NAME) {
         return;
     }
-    let share = found.share();
-    let parameter = values::parameter(robot, format!("effects.{name}.{}", HeldSamples::SPEC.parameters[0].key), share);
-    let cause = Cause {
-        effect: name.to_owned(),
-        also: Vec::new(),
-        parameters: [(HeldSamples::SPEC.parameters[0].key.to_owned(), share)].into(),
-    };
+    let (key, share) = (HeldSamples::SPEC.parameters[0].key, found.share());
+    let parameter = values::parameter(robot, format!("effects.{NAME}.{key}"), share);
+    let cause = Cause { effect: NAME.to_owned(), also: Vec::new(), parameters: [(key.to_owned(), share)].into() };
     let before = with_held(diagnosis.before, &session.held_out);
     let mut row = evidence(&found, before, diagnosis);
     row.parameters.push(parameter.clone());
@@ -35,8 +33,8 @@ pub fn add(diagnosis: &mut Diagnosis, robot: &Robot, session: &Session) {
     if diagnosis.models.is_empty() {
         diagnosis.models.push(Vec::new());
     }
-    diagnosis.models.iter_mut().for_each(|model| model.push(name.to_owned()));
-    diagnosis.limits.retain(|limit| limit.effect != name);
+    diagnosis.models.iter_mut().for_each(|model| model.push(NAME.to_owned()));
+    diagnosis.limits.retain(|limit| limit.effect != NAME);
     diagnosis.causes.push(cause);
     diagnosis.before = before;
     diagnosis.gain = gain(diagnosis);
@@ -69,7 +67,7 @@ fn gain(diagnosis: &Diagnosis) -> Gain {
 fn evidence(found: &Repeats, before: f64, without: &Diagnosis) -> CandidateEvidence {
     let removed = 100.0 * (1.0 - without.before / before);
     CandidateEvidence {
-        effects: vec![HeldSamples::SPEC.name.to_owned()],
+        effects: vec![NAME.to_owned()],
         held_out_rmse: without.before,
         ratio_to_floor: without.before / without.noise_floor,
         improvement_percent: [removed; 3],

@@ -3,13 +3,14 @@
 use std::ops::Range;
 use std::path::Path;
 
-use effects::{Effect, GravityTilt, HeldSamples, Id};
+use effects::{Effect, GravityTilt, Id};
 use robot_file::robot::Robot;
 
 use super::current::{self, current_noise};
 use super::fit::{self, Data, Fit, Until};
 use super::floor::{self, Scatter};
 use super::ground;
+use super::held;
 use super::nominal::FileModel;
 use super::probe::Shape;
 use super::repeats;
@@ -167,7 +168,7 @@ impl Session {
         let (fitted, judged) = (tracks(fit, 0)?, tracks(held_out, fit.len())?);
         // Held readings are not there any more.
         if fitted.iter().chain(&judged).any(|track| track.repeats.are_held()) {
-            level.effects.remove(HeldSamples::SPEC.name);
+            level.effects.remove(held::NAME);
         }
         let model = FileModel::new(&level).with_repeats(repeats::most(&fitted));
         let mut session = Self {
