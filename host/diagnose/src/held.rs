@@ -7,7 +7,7 @@ use super::repeats::{self, Repeats};
 use super::session::Session;
 use super::track::Track;
 use super::values;
-use super::verdict::{CandidateEvidence, Cause, Diagnosis, Gain, Verdict};
+use super::verdict::{CandidateEvidence, Cause, Diagnosis, FittedParameter, Gain, Verdict};
 
 /// The effect's name.
 pub const NAME: &str = HeldSamples::SPEC.name;
@@ -23,8 +23,7 @@ pub fn add(diagnosis: &mut Diagnosis, robot: &Robot, session: &Session) {
     let parameter = values::parameter(robot, format!("effects.{NAME}.{key}"), share);
     let cause = Cause { effect: NAME.to_owned(), also: Vec::new(), parameters: [(key.to_owned(), share)].into() };
     let before = with_held(diagnosis.before, &session.held_out);
-    let mut row = evidence(&found, before, diagnosis);
-    row.parameters.push(parameter.clone());
+    let row = evidence(&found, before, diagnosis, parameter.clone());
     diagnosis.detail.candidates.insert(1, row);
     diagnosis.detail.candidates[0].held_out_rmse = before;
     diagnosis.detail.candidates[0].ratio_to_floor = before / diagnosis.noise_floor;
@@ -45,11 +44,9 @@ pub fn add(diagnosis: &mut Diagnosis, robot: &Robot, session: &Session) {
 
 /// The held-out error (rad) with the readings that were dropped.
 fn with_held(without: f64, held_out: &[Track]) -> f64 {
-    let held = held_out.iter().filter(|track| track.repeats.are_held());
-    let (count, square) =
-        held.fold((0, 0.0), |(count, square), one| (count + one.repeats.stale.len(), square + one.held_square));
-    let all = held_out.iter().map(|track| track.t.len()).sum::<usize>() as f64;
-    let share = count as f64 / all;
+    let sum = |of: fn(&Track) -> f64| held_out.iter().map(of).sum::<f64>();
+    let (all, square) = (sum(|track| track.t.len() as f64), sum(|track| track.held_square));
+    let share = sum(|track| track.repeats.stale.len() as f64) / all;
     ((1.0 - share) * without * without + square / all).sqrt()
 }
 
@@ -64,14 +61,14 @@ fn gain(diagnosis: &Diagnosis) -> Gain {
 }
 
 /// The row of the table of evidence.
-fn evidence(found: &Repeats, before: f64, without: &Diagnosis) -> CandidateEvidence {
+fn evidence(found: &Repeats, before: f64, without: &Diagnosis, share: FittedParameter) -> CandidateEvidence {
     let removed = 100.0 * (1.0 - without.before / before);
     CandidateEvidence {
         effects: vec![NAME.to_owned()],
         held_out_rmse: without.before,
         ratio_to_floor: without.before / without.noise_floor,
         improvement_percent: [removed; 3],
-        parameters: Vec::new(),
+        parameters: vec![share],
         speaks_for: vec![format!(
             "of {} readings taken while the shaft moved {} repeat the one before to the last digit; without them {removed:.0} % of the \
              held-out error is gone",

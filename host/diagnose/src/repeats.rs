@@ -32,7 +32,7 @@ pub struct Repeats {
     holds: usize,
     /// Times of those that the shaft cannot have stood still for as long.
     certain: usize,
-    /// Places of all readings that repeat the one before while the shaft moves, by no more than a reading can tell.
+    /// Where readings are held, the places of all that repeat the one before while the shaft moves, by no more than a reading can tell.
     pub stale: Vec<usize>,
 }
 
@@ -57,6 +57,9 @@ impl Repeats {
                     found.certain += usize::from(goes_on(angle, i, surely));
                 }
             }
+        }
+        if !found.are_held() {
+            found.stale.clear();
         }
         found
     }

@@ -186,28 +186,33 @@ impl Track {
         }
         let current: Vec<f64> = recording.current_a.iter().map(|cell| cell.unwrap_or(f64::NAN)).collect();
         let farthest = FASTER * no_load_speed(robot) * usual_step(&recording.t_s);
-        let mut unwrapped = on_one_scale(&angle, farthest);
+        let is_continuous = is_continuous(&angle);
+        let on_one_scale = |readings: &[Option<f64>]| match is_continuous {
+            true => readings.iter().map(|reading| reading.unwrap_or(f64::NAN)).collect(),
+            false => unwrapped(readings, farthest),
+        };
+        let mut on_scale: Vec<f64> = on_one_scale(&angle);
         // A potentiometer in its blind arc repeats readings too.
-        let repeats = if potentiometer.is_some() { Repeats::default() } else { Repeats::of(&unwrapped) };
+        let repeats = if potentiometer.is_some() { Repeats::default() } else { Repeats::of(&on_scale) };
         let counted_across = match potentiometer {
             // A shaft that is lost in the blind arc comes out of it on any turn.
             Some(_) => 0,
-            None if is_continuous(&angle) => usize::MAX,
+            None if is_continuous => usize::MAX,
             None => (NEARLY_HALF_A_TURN / farthest) as usize,
         };
         let mut held_square = 0.0;
-        if repeats.are_held() {
-            let held: Vec<f64> = repeats.stale.iter().map(|&i| unwrapped[i]).collect();
+        if !repeats.stale.is_empty() {
+            let held: Vec<f64> = repeats.stale.iter().map(|&i| on_scale[i]).collect();
             repeats.stale.iter().for_each(|&i| angle[i] = None);
-            unwrapped = on_one_scale(&angle, farthest);
-            held_square = square_off(&recording.t_s, &unwrapped, &repeats.stale, &held);
+            on_scale = on_one_scale(&angle);
+            held_square = square_off(&recording.t_s, &on_scale, &repeats.stale, &held);
         }
         let mut track = Self {
             t: recording.t_s.clone(),
             weight: angle.iter().map(|reading| f64::from(reading.is_some())).collect(),
-            since_reversal: since_reversal(&recording.t_s, &unwrapped, SLOW * no_load_speed(robot)),
+            since_reversal: since_reversal(&recording.t_s, &on_scale, SLOW * no_load_speed(robot)),
             place: index,
-            angle: unwrapped,
+            angle: on_scale,
             drive_scale: drive.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
             drive,
             terminals_measured,
@@ -409,14 +414,6 @@ fn is_continuous(readings: &[Option<f64>]) -> bool {
     let mut known: Vec<f64> = readings.iter().copied().flatten().collect();
     let ends = [0.01, 0.99].map(|share| quantile(&mut known, share).unwrap_or(0.0));
     ends[1] - ends[0] > WRAPPED * TAU
-}
-
-/// Readings on one continuous scale, as they are or unwrapped.
-fn on_one_scale(readings: &[Option<f64>], farthest: f64) -> Vec<f64> {
-    if is_continuous(readings) {
-        return readings.iter().map(|reading| reading.unwrap_or(f64::NAN)).collect();
-    }
-    unwrapped(readings, farthest)
 }
 
 /// Sum of squares by which readings are off a straight line between those around them that are left, rad².
