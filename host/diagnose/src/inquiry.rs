@@ -343,6 +343,14 @@ impl<'a> Inquiry<'a> {
         (noise <= REMEMBERED * session.noise && is_alike && (is_trace || screen.is_noise())).then_some(noise)
     }
 
+    /// Whether what a model leaves is noise to a screen; or, of a single effect that takes most away, all but a trace is, as it is asked in
+    /// the end ([`Self::ask_what_is_left`]): nothing else need be tried then.
+    fn is_left_with_noise(&self, session: &Session, baseline: &Candidate, model: &Candidate, effects: &[Id]) -> bool {
+        let takes_most = model.effects.len() == 1 && model.mean_square() < MOST * baseline.mean_square();
+        self.leaves_noise(session, model, effects)
+            || (takes_most && self.noise_left_by(session, baseline, model, effects).is_some())
+    }
+
     /// Whether no screen sees anything in what a model leaves.
     fn leaves_noise(&self, session: &Session, model: &Candidate, effects: &[Id]) -> bool {
         let mut screen = self.screen(session, model, effects);
@@ -413,7 +421,7 @@ impl<'a> Inquiry<'a> {
                 // Of a small misfit nothing is named that the screen does not find promising.
                 !leaves_much(noise, baseline)
                     || reached
-                    || search::best(tried).is_some_and(|best| self.leaves_noise(session, best, effects))
+                    || search::best(tried).is_some_and(|best| self.is_left_with_noise(session, baseline, best, effects))
             };
             let done = || {
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;

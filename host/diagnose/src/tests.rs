@@ -196,6 +196,27 @@ fn held_readings_are_named_with_their_share_beside_another_effect() {
     }
 }
 
+#[test]
+fn what_leaves_a_trace_in_noise_that_remembers_is_not_sought_among_all_effects_and_pairs() {
+    let rig = changed(|rig| (rig.sag_ohm, rig.cos1) = (2.0, 3e-3));
+    let mut runs = rig.runs(6);
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(9);
+    for run in &mut runs {
+        let AngleReading::Angle(cells) = &mut run.angle else { unreachable!() };
+        let mut remembered = 0.0;
+        for cell in cells.iter_mut().flatten() {
+            // For 40 ms.
+            remembered = 0.975 * remembered + 6e-4 * random.random_range(-1.7..1.7);
+            *cell += remembered;
+        }
+    }
+    let found = diagnose(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
+    assert_eq!(found.verdict, Verdict::Explained, "{:?}", found.detail.summary);
+    assert_eq!(found.causes.iter().map(|cause| cause.effect.as_str()).collect::<Vec<_>>(), ["battery_sag"]);
+    assert!(found.after > 1.12 * found.noise_floor, "{} of {}", found.after, found.noise_floor);
+    assert!(found.detail.candidates.len() < 16, "{}", found.detail.candidates.len());
+}
+
 /// The largest share of held readings that a fit to runs may try.
 fn most_held(runs: &[Recording]) -> f64 {
     let (session, _) = Session::open(&bench(), &runs[..2], &runs[2..], &Options::default()).unwrap();
