@@ -22,7 +22,7 @@ impl Effect for HeldSamples {
     const SPEC: Spec = Spec {
         name: "held_samples",
         summary: "Now and then a reading repeats the one before it.",
-        title: "held samples",
+        title: "a sensor that holds readings",
         clause: "readings of which some repeat the one before",
         law: "y_k = y_{k−1} with the chance share, else θ_k; on average y_k = (1 − share)·θ_k + share·y_{k−1}",
         source: "L. Schenato, IEEE Trans. Automatic Control 54, 2009 (hold strategy behind a lossy link)",

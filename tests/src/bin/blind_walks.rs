@@ -14,6 +14,7 @@ use system_tests::body::peer::Peer;
 use system_tests::journal::Journal;
 use system_tests::row::{Campaign, Output, conclude};
 use system_tests::walks::truth::FIRST_JUDGED;
+use system_tests::walks::visible::shows;
 use system_tests::walks::{Outcome, Truth, make, robot_file, rows, table, truths};
 
 /// Diagnose walks that MuJoCo made, with an effect hidden or none, and count.
@@ -41,6 +42,9 @@ struct Arguments {
     /// Only make the tables that are missing, by MuJoCo's multibody
     #[arg(long)]
     make: bool,
+    /// Only tell how much of each effect shows
+    #[arg(long)]
+    shows: bool,
     /// Write every outcome into this file as it comes, and take from it those that are there
     #[arg(long)]
     journal: Option<PathBuf>,
@@ -53,6 +57,10 @@ fn main() -> ExitCode {
     let chosen = |truth: &Truth| arguments.only.is_empty() || arguments.only.contains(&truth.number);
     let mut truths = truths(arguments.first, arguments.effects, arguments.nothing, arguments.outside);
     truths.retain(chosen);
+    if arguments.shows {
+        tell_what_shows(&truths);
+        return ExitCode::SUCCESS;
+    }
     let done = if arguments.make { make_all(&truths).map(|()| Vec::new()) } else { diagnose_all(&arguments, &truths) };
     match done {
         Ok(_) if arguments.make => ExitCode::SUCCESS,
@@ -65,6 +73,12 @@ fn main() -> ExitCode {
             eprintln!("error: {words}");
             ExitCode::from(1)
         }
+    }
+}
+
+fn tell_what_shows(truths: &[Truth]) {
+    for (truth, shows) in truths.iter().filter_map(|truth| Some((truth, shows(truth)?))) {
+        println!("{} {:?}: {shows:.1}", truth.number, truth.hidden);
     }
 }
 

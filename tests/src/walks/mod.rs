@@ -6,6 +6,7 @@
 pub mod score;
 pub mod tables;
 pub mod truth;
+pub mod visible;
 
 pub use score::{Outcome, rows};
 pub use tables::{make, table};

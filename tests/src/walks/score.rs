@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::tables::REPEATS;
 use super::truth::{Hidden, Truth};
+use super::visible::shows;
 use crate::row::FigureRow;
 
 /// What came of a robot.
@@ -17,6 +18,9 @@ pub struct Outcome {
     pub number: u64,
     /// What was hidden: `nothing`, an effect, or `outside: …`.
     pub hidden: String,
+    /// How much of it the file's numbers cannot stand for: see [`shows`].
+    #[serde(default)]
+    pub shows: Option<f64>,
     /// What was said.
     pub verdict: Verdict,
     /// How many effects are named together.
@@ -45,6 +49,8 @@ pub struct Outcome {
 const FEW: usize = 10;
 /// Names that a class may have to be an answer.
 const MOST_NAMES: usize = 3;
+/// An effect that shows less ([`Outcome::shows`]) may be passed over: it is no farther off than five deviations of one mean.
+const SHOWS: f64 = 25.0;
 
 impl Outcome {
     /// Of a diagnosis.
@@ -67,6 +73,7 @@ impl Outcome {
         Self {
             number: truth.number,
             hidden,
+            shows: shows(truth),
             verdict: found.verdict,
             named: found.causes.len(),
             class: class.cloned().collect(),
@@ -97,16 +104,22 @@ impl Outcome {
         self.class.join(if self.named > 1 { " with " } else { " or " })
     }
 
+    /// How much of an effect shows, for people.
+    fn shown(&self) -> String {
+        self.shows.filter(|_| self.hidden != "nothing").map(|shows| format!("shows {shows:.0}, ")).unwrap_or_default()
+    }
+
     /// For people.
     #[must_use]
     pub fn line(&self) -> String {
         format!(
-            "{} {} {}: {} {} (misfit {:.2}, held out {:.2} of the repeats' scatter, {:.2} of their mean's, ±6 Hz over ±8 Hz {:.2} before, {:.2} after; {} sets, {:.0} s)",
+            "{} {} {}: {} {} ({}misfit {:.2}, held out {:.2} of the repeats' scatter, {:.2} of their mean's, ±6 Hz over ±8 Hz {:.2} before, {:.2} after; {} sets, {:.0} s)",
             if self.right() { "ok  " } else { "MISS" },
             self.number,
             self.hidden,
             self.verdict.word(),
             self.names(),
+            self.shown(),
             self.misfit,
             self.after_over_scatter,
             self.after_over_mean,
@@ -180,7 +193,9 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
             .iter()
             .filter(|one| !one.right())
             .map(|one| {
-                format!("{} {}: {} {}", one.number, one.hidden, one.verdict.word(), one.names()).trim_end().to_owned()
+                let Outcome { number, hidden, .. } = one;
+                let said = format!("{} {}", one.verdict.word(), one.names());
+                format!("{number} {hidden}: {}{}", one.shown(), said.trim_end())
             })
             .collect();
         let told = if missed.is_empty() { String::new() } else { format!("; missed: {}", missed.join("; ")) };
@@ -205,6 +220,7 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
     .into_iter()
     .flatten()
     .collect();
+    rows.extend(of_those_that_show(&of("effect")));
     let median_of = |of_one: fn(&Outcome) -> f64| {
         let mut named: Vec<f64> = of("effect").iter().filter(|one| one.right()).map(|one| of_one(one)).collect();
         Some((common::median(&mut named)?, named))
@@ -230,6 +246,20 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
         ));
     }
     rows
+}
+
+/// How many of those effects are named that the file's numbers cannot stand for.
+fn of_those_that_show(effects: &[&Outcome]) -> Option<FigureRow> {
+    let showing: Vec<_> = effects.iter().filter(|one| one.shows.is_some_and(|shows| shows >= SHOWS)).collect();
+    let right = showing.iter().filter(|one| one.right()).count();
+    let what = "of the effects those that show: without one the sum of squares stays 25 higher or more, whatever the file's numbers";
+    let measured = format!(
+        "{right} of {} named, of the others {} of {}",
+        showing.len(),
+        effects.iter().filter(|one| one.right()).count() - right,
+        effects.len() - showing.len()
+    );
+    (!effects.is_empty()).then(|| FigureRow::beside(what, measured, json!({ "right": right, "of": showing.len() })))
 }
 
 /// How often intervals hold the file's numbers, where the model is the right one.

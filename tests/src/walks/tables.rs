@@ -75,9 +75,21 @@ pub fn walked(
     conditions().par_iter().enumerate().map(one).collect()
 }
 
+/// The largest of some speeds, by part.
+#[must_use]
+pub fn largest(speeds: &[[f64; 3]]) -> [f64; 3] {
+    [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max))
+}
+
+/// What a mean over the repeats is known to, by the largest speed.
+#[must_use]
+pub fn sigma(largest: f64) -> f64 {
+    SCATTER * largest / (REPEATS as f64).sqrt()
+}
+
 /// Three repeats of every condition, which scatter.
 pub fn repeated(random: &mut Pcg64, speeds: &[[f64; 3]]) -> Vec<((f64, f64), [f64; 3])> {
-    let largest = [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max));
+    let largest = largest(speeds);
     let mut seen = |one: &[f64; 3]| {
         [0, 1, 2].map(|part| {
             let normal: f64 = StandardNormal.sample(random);

@@ -83,15 +83,8 @@ impl Truth {
     /// When a robot file takes no such effect.
     #[must_use]
     pub fn robot(&self, random: &mut Pcg64) -> (Document, Vec<(&'static str, f64)>) {
-        let file = robot_file();
-        let numbers = Numbers::with_effects(&file, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let drawn = |random: &mut Pcg64| -> f64 {
-            let normal: f64 = StandardNormal.sample(random);
-            normal.clamp(-1.645, 1.645)
-        };
-        let at: Vec<f64> =
-            numbers.all.iter().map(|one| if is_given(&one.path) { 0.0 } else { drawn(random) }).collect();
-        let mut robot = numbers.document(&at).unwrap_or_else(|error| panic!("{error}"));
+        let numbers = numbers();
+        let mut robot = numbers.document(&drawn(&numbers, random)).unwrap_or_else(|error| panic!("{error}"));
         let second = (self.number / 10) % 2 == 1;
         let law = match &self.hidden {
             Hidden::Nothing => Vec::new(),
@@ -101,16 +94,66 @@ impl Truth {
         (robot, law)
     }
 
-    /// The file's numbers as they were drawn, by their paths.
+    /// Coordinates of the file's numbers as they were drawn.
+    #[must_use]
+    pub fn coordinates(&self, numbers: &Numbers) -> Vec<f64> {
+        drawn(numbers, &mut self.random())
+    }
+
+    /// The robot as a file has it, its effect by the catalogue's law; none with one that the catalogue has not.
     ///
     /// # Panics
     /// When a robot file takes no such effect.
     #[must_use]
-    pub fn numbers(&self) -> Vec<(String, f64)> {
-        let (robot, _) = self.robot(&mut self.random());
-        let numbers = Numbers::with_effects(&robot, &[]).unwrap_or_else(|error| panic!("{error}"));
-        numbers.all.into_iter().filter(|one| !is_given(&one.path)).map(|one| (one.path, one.file)).collect()
+    pub fn file(&self) -> Option<Document> {
+        let (mut robot, law) = self.robot(&mut self.random());
+        let told = |key: &str| law.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
+        let values = match self.hidden {
+            Hidden::Outside(_) => return None,
+            Hidden::Effect("foot_stribeck") => {
+                vec![("excess_share", told("excess").or(told("tanh_excess"))?), ("speed_m_per_s", told("speed")?)]
+            }
+            Hidden::Effect("foot_anisotropy") => vec![("lateral_share", told("lateral")?)],
+            Hidden::Effect("foot_load_friction") => vec![("exponent", told("load_exponent")?)],
+            // Of a spring with a share s of a sphere's, the power with which the load grows is 1 + s/2 where it is as deep as the linear one.
+            Hidden::Effect("foot_hertz_contact") => vec![("share", 2.0 * (told("exponent")? - 1.0))],
+            // Nothing, and what the robot file has already.
+            Hidden::Nothing | Hidden::Effect(_) => return Some(robot),
+        };
+        let Hidden::Effect(name) = self.hidden else { return Some(robot) };
+        put(&mut robot, name, &values);
+        Some(robot)
     }
+
+    /// The file's numbers as they were drawn, by their paths.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<(String, f64)> {
+        let numbers = numbers();
+        let at = self.coordinates(&numbers);
+        let of_the_robot = numbers.all.iter().zip(at).filter(|(one, _)| !is_given(&one.path));
+        of_the_robot.map(|(one, at)| (one.path.clone(), one.at(at))).collect()
+    }
+}
+
+/// The numbers of the robot file.
+///
+/// # Panics
+/// When they cannot be varied.
+#[must_use]
+pub fn numbers() -> Numbers {
+    Numbers::with_effects(&robot_file(), &[]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Coordinates that are drawn from what is believed of them, between the ends of its 90 % intervals.
+fn drawn(numbers: &Numbers, random: &mut Pcg64) -> Vec<f64> {
+    let mut one = |path: &str| {
+        if is_given(path) {
+            return 0.0;
+        }
+        let normal: f64 = StandardNormal.sample(random);
+        normal.clamp(-1.645, 1.645)
+    };
+    numbers.all.iter().map(|number| one(&number.path)).collect()
 }
 
 /// Whether a number is no robot's own: MuJoCo's servo is the file's.
