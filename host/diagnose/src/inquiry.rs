@@ -100,6 +100,11 @@ fn is_even(effect: &Id) -> bool {
     effect.spec().shows_in == Coordinate::Speed && effect.spec().acts == Acts::Shaft
 }
 
+/// Whether a model takes most of the misfit away.
+fn takes_most(model: &Candidate, baseline: &Candidate) -> bool {
+    model.mean_square() < MOST * baseline.mean_square()
+}
+
 /// Whether an effect is a friction that differs around the shaft.
 fn is_uneven(effect: &Id) -> bool {
     effect.is_friction() && effect.spec().shows_in == Coordinate::Angle
@@ -121,8 +126,7 @@ impl Found {
     /// around the shaft, as what is uneven is in the mean, if it takes most of the misfit away; or the nominal one.
     fn left_by(&self) -> &Candidate {
         let even = |one: &Candidate| one.effects.len() == 1 && one.effects.iter().all(is_even);
-        let most =
-            |one: &&Candidate| (one.refuted || even(one)) && one.mean_square() < MOST * self.baseline.mean_square();
+        let most = |one: &&Candidate| (one.refuted || even(one)) && takes_most(one, &self.baseline);
         let without_name = || search::best_of(self.candidates.iter().filter(most));
         let named = self.decision.named().map(|named| &self.candidates[named]);
         named.or_else(without_name).unwrap_or(&self.baseline)
@@ -346,9 +350,9 @@ impl<'a> Inquiry<'a> {
     /// Whether what a model leaves is noise to a screen; or, of a single effect that takes most away, all but a trace is, as it is asked in
     /// the end ([`Self::ask_what_is_left`]): nothing else need be tried then.
     fn is_left_with_noise(&self, session: &Session, baseline: &Candidate, model: &Candidate, effects: &[Id]) -> bool {
-        let takes_most = model.effects.len() == 1 && model.mean_square() < MOST * baseline.mean_square();
+        let asked = model.effects.len() == 1 && takes_most(model, baseline);
         self.leaves_noise(session, model, effects)
-            || (takes_most && self.noise_left_by(session, baseline, model, effects).is_some())
+            || (asked && self.noise_left_by(session, baseline, model, effects).is_some())
     }
 
     /// Whether no screen sees anything in what a model leaves.

@@ -4,18 +4,18 @@
 
 use identify::robot::{Numbers, Options, RobotFit, Run, identify, simulate};
 use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use robot_file::edit::Document;
 use serde_json::json;
 use sweep::Measured;
 
 use super::PeerSetup;
-use super::error_measures::percent;
+use super::error_measures::{largest, percent};
 use super::multibody::{Multibody, OtherLaw};
 use super::peer::{PeerError, not_compared, root};
 use crate::row::FigureRow;
 use crate::walks::tables::{conditions, repeated, walked};
+use crate::walks::truth::coordinate;
 
 /// Where the seeds begin.
 const FIRST_SEED: u64 = 83_000;
@@ -90,7 +90,7 @@ fn document() -> Document {
 
 /// Numbers drawn from what the file says of them.
 fn drawn(random: &mut Pcg64, numbers: &Numbers) -> Vec<f64> {
-    numbers.all.iter().map(|_| StandardNormal.sample(random)).map(|x: f64| x.clamp(-1.645, 1.645)).collect()
+    numbers.all.iter().map(|_| coordinate(random)).collect()
 }
 
 fn own(seed: u64) -> Found {
@@ -118,7 +118,7 @@ fn theirs(peer: &super::peer::Peer, multibody: &Multibody, seed: u64) -> Result<
 
 /// Three repeats of every condition, identified.
 fn found(random: &mut Pcg64, seed: u64, (numbers, at): (&Numbers, &[f64]), speeds: &[[f64; 3]]) -> Found {
-    let largest = [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max));
+    let largest = largest(speeds);
     let runs = repeated(random, speeds).into_iter().map(|(at, speeds)| (at, speeds.map(Some)));
     let options = Options { seed: random.random(), ..Options::default() };
     let fit = identify(&document(), &Measured::of_runs(runs), &options).unwrap_or_else(|e| panic!("seed {seed}: {e}"));

@@ -18,8 +18,7 @@ pub struct Outcome {
     pub number: u64,
     /// What was hidden: `nothing`, an effect, or `outside: …`.
     pub hidden: String,
-    /// How much of it the file's numbers cannot stand for: see [`shows`].
-    #[serde(default)]
+    /// Of an effect, how much of it the file's numbers cannot stand for: see [`shows`].
     pub shows: Option<f64>,
     /// What was said.
     pub verdict: Verdict,
@@ -73,7 +72,7 @@ impl Outcome {
         Self {
             number: truth.number,
             hidden,
-            shows: shows(truth),
+            shows: matches!(truth.hidden, Hidden::Effect(_)).then(|| shows(truth)).flatten(),
             verdict: found.verdict,
             named: found.causes.len(),
             class: class.cloned().collect(),
@@ -106,7 +105,7 @@ impl Outcome {
 
     /// How much of an effect shows, for people.
     fn shown(&self) -> String {
-        self.shows.filter(|_| self.hidden != "nothing").map(|shows| format!("shows {shows:.0}, ")).unwrap_or_default()
+        self.shows.map(|shows| format!("shows {shows:.0}, ")).unwrap_or_default()
     }
 
     /// For people.
@@ -250,16 +249,16 @@ pub fn rows(outcomes: &[Outcome]) -> Vec<FigureRow> {
 
 /// How many of those effects are named that the file's numbers cannot stand for.
 fn of_those_that_show(effects: &[&Outcome]) -> Option<FigureRow> {
-    let showing: Vec<_> = effects.iter().filter(|one| one.shows.is_some_and(|shows| shows >= SHOWS)).collect();
-    let right = showing.iter().filter(|one| one.right()).count();
-    let what = "of the effects those that show: without one the sum of squares stays 25 higher or more, whatever the file's numbers";
-    let measured = format!(
-        "{right} of {} named, of the others {} of {}",
-        showing.len(),
-        effects.iter().filter(|one| one.right()).count() - right,
-        effects.len() - showing.len()
+    // An outcome of a journal from before has none.
+    let known = effects.iter().filter_map(|one| Some((one.shows?, one.right())));
+    let (showing, others): (Vec<_>, Vec<_>) = known.partition(|(shows, _)| *shows >= SHOWS);
+    let named = |some: &[(f64, bool)]| some.iter().filter(|(_, right)| *right).count();
+    let (right, of) = (named(&showing), showing.len());
+    let what = format!(
+        "of the effects those that show: without one the sum of squares stays {SHOWS} higher or more, whatever the file's numbers"
     );
-    (!effects.is_empty()).then(|| FigureRow::beside(what, measured, json!({ "right": right, "of": showing.len() })))
+    let measured = format!("{right} of {of} named, of the others {} of {}", named(&others), others.len());
+    (of > 0).then(|| FigureRow::beside(&what, measured, json!({ "right": right, "of": of })))
 }
 
 /// How often intervals hold the file's numbers, where the model is the right one.

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use sweep::{ALPHAS, FREQUENCIES};
 
 use super::truth::Truth;
+use crate::body::error_measures::largest;
 use crate::body::multibody::{Multibody, OtherLaw};
 use crate::body::peer::{Peer, PeerError, root};
 
@@ -73,12 +74,6 @@ pub fn walked(
         Ok([1e3 * vx, 1e3 * vy, yaw.to_degrees()])
     };
     conditions().par_iter().enumerate().map(one).collect()
-}
-
-/// The largest of some speeds, by part.
-#[must_use]
-pub fn largest(speeds: &[[f64; 3]]) -> [f64; 3] {
-    [0, 1, 2].map(|part| speeds.iter().map(|one| one[part].abs()).fold(0.0, f64::max))
 }
 
 /// What a mean over the repeats is known to, by the largest speed.

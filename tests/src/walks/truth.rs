@@ -107,20 +107,19 @@ impl Truth {
     #[must_use]
     pub fn file(&self) -> Option<Document> {
         let (mut robot, law) = self.robot(&mut self.random());
-        let told = |key: &str| law.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
-        let values = match self.hidden {
-            Hidden::Outside(_) => return None,
-            Hidden::Effect("foot_stribeck") => {
-                vec![("excess_share", told("excess").or(told("tanh_excess"))?), ("speed_m_per_s", told("speed")?)]
+        let Hidden::Effect(name) = self.hidden else { return (self.hidden == Hidden::Nothing).then_some(robot) };
+        let of = |key: &str| law.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
+        let values = match name {
+            "foot_stribeck" => {
+                vec![("excess_share", of("excess").or(of("tanh_excess"))?), ("speed_m_per_s", of("speed")?)]
             }
-            Hidden::Effect("foot_anisotropy") => vec![("lateral_share", told("lateral")?)],
-            Hidden::Effect("foot_load_friction") => vec![("exponent", told("load_exponent")?)],
+            "foot_anisotropy" => vec![("lateral_share", of("lateral")?)],
+            "foot_load_friction" => vec![("exponent", of("load_exponent")?)],
             // Of a spring with a share s of a sphere's, the power with which the load grows is 1 + s/2 where it is as deep as the linear one.
-            Hidden::Effect("foot_hertz_contact") => vec![("share", 2.0 * (told("exponent")? - 1.0))],
-            // Nothing, and what the robot file has already.
-            Hidden::Nothing | Hidden::Effect(_) => return Some(robot),
+            "foot_hertz_contact" => vec![("share", 2.0 * (of("exponent")? - 1.0))],
+            // The robot file has it already.
+            _ => return Some(robot),
         };
-        let Hidden::Effect(name) = self.hidden else { return Some(robot) };
         put(&mut robot, name, &values);
         Some(robot)
     }
@@ -144,16 +143,17 @@ pub fn numbers() -> Numbers {
     Numbers::with_effects(&robot_file(), &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Coordinates that are drawn from what is believed of them, between the ends of its 90 % intervals.
+/// Coordinates of a robot's own numbers, drawn from what is believed of them.
 fn drawn(numbers: &Numbers, random: &mut Pcg64) -> Vec<f64> {
-    let mut one = |path: &str| {
-        if is_given(path) {
-            return 0.0;
-        }
-        let normal: f64 = StandardNormal.sample(random);
-        normal.clamp(-1.645, 1.645)
-    };
+    let mut one = |path: &str| if is_given(path) { 0.0 } else { coordinate(random) };
     numbers.all.iter().map(|number| one(&number.path)).collect()
+}
+
+/// A coordinate that is drawn from what is believed of a number, between the ends of its 90 % interval.
+#[must_use]
+pub fn coordinate(random: &mut Pcg64) -> f64 {
+    let normal: f64 = StandardNormal.sample(random);
+    normal.clamp(-1.645, 1.645)
 }
 
 /// Whether a number is no robot's own: MuJoCo's servo is the file's.
@@ -234,5 +234,20 @@ fn outside(name: &'static str, random: &mut Pcg64) -> Vec<(&'static str, f64)> {
         "adhesion" => vec![("adhesion", between(0.01, 0.03))],
         "ripple" => vec![("ripple", between(1e-4, 3e-4)), ("ripple_length", between(6e-3, 15e-3))],
         _ => vec![("stripes", between(0.2, 0.4))],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_hidden_effect_can_be_in_a_file() {
+        // Each of both laws.
+        for truth in truths(1, 2 * EFFECTS.len() as u64, 0, 0) {
+            let Hidden::Effect(name) = truth.hidden else { unreachable!() };
+            let robot = truth.file().and_then(|file| file.robot().ok()).unwrap_or_else(|| panic!("{truth:?}"));
+            assert!(robot.effects.listed().any(|id| id.name() == name), "{truth:?}");
+        }
     }
 }

@@ -9,8 +9,9 @@ use hal_sim::body::Plan;
 use identify::robot::{Run, simulate};
 use nalgebra::{DMatrix, DVector};
 
-use super::tables::{conditions, largest, sigma};
+use super::tables::{conditions, sigma};
 use super::truth::{Truth, numbers};
+use crate::body::error_measures::largest;
 
 /// A number is moved to either side by so many deviations of what is believed of it.
 const NUDGE: f64 = 0.3;
