@@ -175,10 +175,9 @@ pub fn models(
     before: &[Candidate],
     asks: &Asks,
 ) -> Vec<Candidate> {
-    let (first, mut others) = promising(proposals);
+    let (first, mut others) = promising(proposals, &leaders(before));
     let mut candidates = alone(session, baseline, &first, f64::INFINITY, asks.done);
-    let related = related_to_leaders(&candidates, &mut others);
-    candidates.extend(alone(session, baseline, &related, f64::INFINITY, asks.done));
+    add_related(&mut candidates, &mut others, |related| alone(session, baseline, related, f64::INFINITY, asks.done));
     from_before(session, &mut candidates, before);
     if !(asks.enough)(&candidates) {
         add_pairs(session, baseline, &mut candidates, asks);
@@ -228,13 +227,15 @@ pub(super) fn singles(candidates: &[Candidate]) -> Vec<usize> {
     singles
 }
 
-/// The proposals that are tried first, and the others.
-fn promising(proposals: &[Proposal]) -> (Vec<&Proposal>, Vec<&Proposal>) {
+/// The proposals that are tried first, and the others. Those that led before runs were read anew are of the first, and what they are easily
+/// mistaken for: about the numbers that those runs are refitted with, a screen may see nothing of them.
+fn promising<'a>(proposals: &'a [Proposal], led: &[Id]) -> (Vec<&'a Proposal>, Vec<&'a Proposal>) {
     let (most, share, leading) = FIRST;
     let best = proposals.first().map_or(0.0, |one| one.promised);
     let related = |effect: Id| {
         let mut leaders = proposals.iter().take(leading).map(|one| one.effect);
         leaders.any(|leader| leader.mistaken(effect) || leader.contains(effect) || effect.contains(leader))
+            || led.iter().any(|&leader| leader == effect || leader.mistaken(effect))
     };
     let (first, others): (Vec<_>, Vec<_>) = proposals
         .iter()
@@ -243,15 +244,30 @@ fn promising(proposals: &[Proposal]) -> (Vec<&Proposal>, Vec<&Proposal>) {
     (first.into_iter().map(|(_, one)| one).collect(), others.into_iter().map(|(_, one)| one).collect())
 }
 
-/// Takes those out of the proposals that the best single effect, or one that does about as well, is easily mistaken for: a screen does
-/// not always have it in front.
-fn related_to_leaders<'a>(candidates: &[Candidate], others: &mut Vec<&'a Proposal>) -> Vec<&'a Proposal> {
+/// The effects of the best model and of those that do about as well.
+fn leaders(candidates: &[Candidate]) -> Vec<Id> {
     let least = best(candidates).map_or(0.0, Candidate::mean_square);
     let leads = |one: &&Candidate| one.mean_square() <= LEADS * least;
-    let leaders: Vec<Id> = candidates.iter().filter(leads).flat_map(|one| &one.effects).copied().collect();
-    let (related, rest) = others.iter().partition(|one| leaders.iter().any(|leader| leader.mistaken(one.effect)));
-    *others = rest;
-    related
+    candidates.iter().filter(leads).flat_map(|one| &one.effects).copied().collect()
+}
+
+/// Tries those of the other proposals that the best single effect, or one that does about as well, is easily mistaken for: a screen
+/// does not always have it in front. As one of these may be the best in turn, until there is none left.
+fn add_related<'a>(
+    candidates: &mut Vec<Candidate>,
+    others: &mut Vec<&'a Proposal>,
+    attempt: impl Fn(&[&Proposal]) -> Vec<Candidate>,
+) {
+    loop {
+        let leaders = leaders(candidates);
+        let is_related = |one: &&'a Proposal| leaders.iter().any(|leader| leader.mistaken(one.effect));
+        let (related, rest): (Vec<_>, Vec<_>) = others.iter().partition(|one| is_related(one));
+        if related.is_empty() {
+            return;
+        }
+        *others = rest;
+        candidates.extend(attempt(&related));
+    }
 }
 
 fn alone(
@@ -438,4 +454,44 @@ pub(super) fn simpler(effects: &[Id]) -> Option<Vec<Id>> {
     simpler[place] = inner;
     simpler.sort();
     Some(simpler)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::selection::tests::model;
+    use super::*;
+
+    fn proposals(promised: &[(&str, f64)]) -> Vec<Proposal> {
+        let proposal =
+            |&(name, promised): &(&str, f64)| Proposal { effect: Id::of(name).unwrap(), starts: Vec::new(), promised };
+        promised.iter().map(proposal).collect()
+    }
+
+    #[test]
+    fn what_the_best_is_mistaken_for_is_tried_though_it_came_late_itself() {
+        let [sag, dead_time] = ["battery_sag", "driver_dead_time"].map(|name| Id::of(name).unwrap());
+        assert!(!sag.mistaken(dead_time), "only through the bridge's drop");
+        let proposed = proposals(&[("driver_dead_time", 0.3), ("driver_drop", 0.2), ("clock_drift", 0.1)]);
+        let mut others: Vec<&Proposal> = proposed.iter().collect();
+        let mut candidates = vec![model(&["battery_sag"], 4.0)];
+        add_related(&mut candidates, &mut others, |related| {
+            related.iter().map(|one| model(&[one.effect.name()], 1.0)).collect()
+        });
+        let tried: Vec<&str> = candidates.iter().map(|one| one.effects[0].name()).collect();
+        assert_eq!(tried, ["battery_sag", "driver_drop", "driver_dead_time"]);
+        assert_eq!(others, [&proposed[2]], "nothing is tried twice, nor without a reason");
+    }
+
+    #[test]
+    fn what_led_before_and_its_like_are_of_the_first_though_a_screen_sees_nothing_of_them() {
+        let seen =
+            ["torque_ripple", "sensor_nonlinearity", "shaft_compliance", "gravity_tilt", "friction_patch", "backlash"];
+        let seen = seen.map(|name| (name, 0.5));
+        let proposed =
+            proposals(&[&seen[..], &[("clock_drift", 0.0), ("driver_drop", 0.0), ("driver_dead_time", 0.0)]].concat());
+        let before = [model(&["driver_drop"], 1.0), model(&["load_friction"], 1.2), model(&["clock_drift"], 2.0)];
+        let first = |before: &[Candidate]| promising(&proposed, &leaders(before)).0.len();
+        assert_eq!(first(&[]), seen.len());
+        assert_eq!(first(&before), seen.len() + 2, "the drop, and dead time; not what was twice as far off");
+    }
 }

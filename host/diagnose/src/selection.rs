@@ -385,7 +385,7 @@ impl Selection<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use effects::FitNumber;
     use nalgebra::DMatrix;
 
@@ -398,7 +398,7 @@ mod tests {
     const READINGS: f64 = 200.0;
 
     /// A model whose rollouts all have one mean square, rad².
-    fn model(effects: &[&str], mean_square: f64) -> Candidate {
+    pub(in super::super) fn model(effects: &[&str], mean_square: f64) -> Candidate {
         let effects: Vec<Id> = effects.iter().map(|name| Id::of(name).unwrap()).collect();
         let fit = Fit {
             effects: effects.clone(),
