@@ -470,10 +470,14 @@ impl<'a> Inquiry<'a> {
     /// Looks for a second effect in what a screen about the named one leaves.
     fn second(&self, found: &mut Found, named: usize, effects: &[Id]) {
         self.options.tell("fitting second effects", 0.85);
-        let screen = self.screen(&found.session, &found.candidates[named], effects);
+        let single = &found.candidates[named];
+        let leaves_more = single.mean_square() > AT_FLOOR * AT_FLOOR * found.selection().noise;
+        let screen = self.screen(&found.session, single, effects);
+        // Where it leaves more than the floor's own error, what promises most is tried though no screen is sure of it: what it gains decides.
         let sure = screen.effects();
+        let is_asked = |effect: &Id| leaves_more || sure.contains(effect);
         let proposals: Vec<_> =
-            screen.proposals(&found.session.model).into_iter().filter(|one| sure.contains(&one.effect)).collect();
+            screen.proposals(&found.session.model).into_iter().filter(|one| is_asked(&one.effect)).collect();
         let pairs = pairs::beside(&found.session, &found.candidates[named], &proposals);
         if pairs.is_empty() {
             return;

@@ -191,11 +191,7 @@ fn tell(outcomes: &[Outcome], arguments: &Arguments, first: u64, total: u64) -> 
 }
 
 fn setting(arguments: &Arguments, seed: u64, category: Category) -> Setting {
-    let mut setting = if arguments.plain {
-        Setting::default()
-    } else {
-        Setting::drawn(seed.wrapping_mul(8).wrapping_add(category as u64))
-    };
+    let mut setting = if arguments.plain { Setting::default() } else { category.setting(seed) };
     setting.share = arguments.short.unwrap_or(setting.share);
     setting.noise = arguments.noise.unwrap_or(setting.noise);
     setting.ratio = arguments.ratio;

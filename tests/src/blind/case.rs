@@ -64,6 +64,12 @@ impl Category {
         Self::ALL.into_iter().find(|category| category.word() == word)
     }
 
+    /// What a campaign's data set of a seed is recorded with.
+    #[must_use]
+    pub fn setting(self, seed: u64) -> Setting {
+        Setting::drawn(seed.wrapping_mul(8).wrapping_add(self as u64))
+    }
+
     /// Bounds of the hidden effects' misfit over the noise floor, in the generator's own rollouts on held-out runs.
     #[must_use]
     pub fn ratio(self) -> (f64, f64) {

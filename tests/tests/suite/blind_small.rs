@@ -7,11 +7,17 @@ use system_tests::blind::case::{self, Category};
 use system_tests::blind::hidden::Effect;
 use system_tests::blind::rig;
 use system_tests::blind::score::{self, Outcome};
+use system_tests::blind::setting::Setting;
 
 fn outcome(seed: u64, category: Category, only: Option<Effect>) -> Outcome {
+    outcome_with(seed, category, only, &Setting::default())
+}
+
+fn outcome_with(seed: u64, category: Category, only: Option<Effect>, setting: &Setting) -> Outcome {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../robots/bench-linear.toml");
     let robot_file = rig::flatten(Path::new(path)).expect("the bench's robot file");
-    let case = case::draw(seed, category, only, &robot_file).expect("the bench's robot file has every number");
+    let case = case::draw_with(seed, category, only, &robot_file, setting);
+    let case = case.expect("the bench's robot file has every number");
     let directory = tempfile::tempdir().expect("a temporary directory");
     let outcome = score::run(&case, directory.path()).expect("files in a temporary directory");
     println!("{}", outcome.line());
@@ -49,5 +55,13 @@ fn where_nothing_is_hidden_nothing_is_found() {
 #[test]
 fn what_the_library_lacks_gets_no_false_name() {
     let outcome = outcome(521, Category::Outside, Some(Effect::SupplyClip));
+    assert!(outcome.passed(), "{}", outcome.line());
+}
+
+#[test]
+fn a_second_effect_of_which_no_screen_is_sure_is_found() {
+    // The first one alone reaches the floor and leaves a tenth above it.
+    let seed = 165_761_552;
+    let outcome = outcome_with(seed, Category::Two, None, &Category::Two.setting(seed));
     assert!(outcome.passed(), "{}", outcome.line());
 }
