@@ -16,7 +16,7 @@ use super::place;
 use super::probe::Follows;
 use super::screen::Screen;
 use super::search::{self, Candidate};
-use super::selection::{AT_FLOOR, Decision, Selection, leaves_much, reaches};
+use super::selection::{Decision, Selection, leaves_much, reaches};
 use super::session::Session;
 use super::verdict::{LeftOver, Verdict};
 use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
@@ -282,7 +282,7 @@ impl<'a> Inquiry<'a> {
         {
             return true;
         }
-        if !model.effects.iter().any(is_even) || model.mean_square() <= AT_FLOOR * AT_FLOOR * noise {
+        if !model.effects.iter().any(is_even) || found.selection().is_at_floor(model) {
             return false;
         }
         let mut screen = self.screen(session, model, effects);
@@ -471,14 +471,14 @@ impl<'a> Inquiry<'a> {
     fn second(&self, found: &mut Found, named: usize, effects: &[Id]) {
         self.options.tell("fitting second effects", 0.85);
         let single = &found.candidates[named];
-        let leaves_more = single.mean_square() > AT_FLOOR * AT_FLOOR * found.selection().noise;
+        let leaves_more = !found.selection().is_at_floor(single);
         let screen = self.screen(&found.session, single, effects);
         // Where it leaves more than the floor's own error, what promises most is tried though no screen is sure of it: what it gains decides.
         let sure = screen.effects();
         let is_asked = |effect: &Id| leaves_more || sure.contains(effect);
         let proposals: Vec<_> =
             screen.proposals(&found.session.model).into_iter().filter(|one| is_asked(&one.effect)).collect();
-        let pairs = pairs::beside(&found.session, &found.candidates[named], &proposals);
+        let pairs = pairs::beside(&found.session, single, &proposals);
         if pairs.is_empty() {
             return;
         }

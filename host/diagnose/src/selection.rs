@@ -22,7 +22,7 @@ const PAIR_TRACE: (f64, f64) = (1.22, 0.95);
 /// The refitted nominal model has nothing to explain up to this factor.
 const NOTHING: f64 = 1.08;
 /// Up to this factor a model stands at the floor: that itself is known no better.
-pub(super) const AT_FLOOR: f64 = 1.02;
+const AT_FLOOR: f64 = 1.02;
 /// Of more models than this only those stay that the runs do not rule out, and as many of those that are behind by too little to matter
 /// as there is room for.
 const MOST_BY_SIZE: usize = 3;
@@ -132,6 +132,12 @@ impl Selection<'_> {
     #[must_use]
     pub fn ratio(&self, model: &Candidate) -> f64 {
         (model.mean_square() / self.noise).sqrt()
+    }
+
+    /// Whether a model stands at the floor, which itself is known no better.
+    #[must_use]
+    pub fn is_at_floor(&self, model: &Candidate) -> bool {
+        model.mean_square() <= AT_FLOOR * AT_FLOOR * self.noise
     }
 
     /// [`reaches`] for a model that was tried.
@@ -379,8 +385,8 @@ impl Selection<'_> {
     /// is not so right that the other must be wrong, however sure the difference is. Of one that stands at the floor nothing is
     /// left that the floor's own error could not be.
     fn as_near(&self, best: usize, other: usize) -> bool {
-        let [best, other] = [best, other].map(|i| self.candidates[i].mean_square());
-        best > AT_FLOOR * AT_FLOOR * self.noise && other - best <= best - self.noise
+        let [best, other] = [best, other].map(|i| &self.candidates[i]);
+        !self.is_at_floor(best) && other.mean_square() - best.mean_square() <= best.mean_square() - self.noise
     }
 }
 

@@ -60,7 +60,7 @@ fn what_the_library_lacks_gets_no_false_name() {
 
 #[test]
 fn a_second_effect_of_which_no_screen_is_sure_is_found() {
-    // The first one alone reaches the floor and leaves a tenth above it.
+    // The first one alone reaches the floor and leaves a tenth above it (mean square).
     let seed = 165_761_552;
     let outcome = outcome_with(seed, Category::Two, None, &Category::Two.setting(seed));
     assert!(outcome.passed(), "{}", outcome.line());
