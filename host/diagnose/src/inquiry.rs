@@ -26,7 +26,7 @@ const PASSES: usize = 3;
 /// The same of a robot on the ground, where how the body pulls looks otherwise too.
 const PASSES_ON_GROUND: usize = 4;
 
-/// A law of the library that is nearly the right one leaves at most this share of the misfit.
+/// A law of the library that is nearly the right one leaves at most this share of the misfit; two of them leave as much again.
 const TRACE: f64 = 0.025;
 
 /// Noise is alike in all rollouts: its mean square is at most this many times the usual one's, which it reaches where it remembers
@@ -103,6 +103,11 @@ fn is_even(effect: &Id) -> bool {
 /// Whether a model takes most of the misfit away.
 fn takes_most(model: &Candidate, baseline: &Candidate) -> bool {
     model.mean_square() < MOST * baseline.mean_square()
+}
+
+/// The share of a misfit that a model's laws may leave where they are nearly right.
+fn trace(model: &Candidate) -> f64 {
+    TRACE * model.effects.len() as f64
 }
 
 /// Whether an effect is a friction that differs around the shaft.
@@ -270,7 +275,7 @@ impl<'a> Inquiry<'a> {
             let mut screen = self.screen(session, model, effects);
             self.add_curves(&mut screen, session, model, &Follows::ALL);
             let seen = screen.seen() * model.mean_square();
-            if seen > TRACE * (found.baseline.mean_square() - noise) {
+            if seen > trace(model) * (found.baseline.mean_square() - noise) {
                 return true;
             }
         }
@@ -334,16 +339,15 @@ impl<'a> Inquiry<'a> {
         }
     }
 
-    /// The noise (mean square, rad²) in what a model leaves, where no screen sees anything in it; or of a single effect, no more than
-    /// the trace of a law that is nearly right: a share of what the model has taken away.
+    /// The noise (mean square, rad²) in what a model leaves, where no screen sees anything in it, or no more than the trace of laws that are
+    /// nearly right: a share of what the model has taken away.
     fn noise_left_by(&self, session: &Session, baseline: &Candidate, model: &Candidate, effects: &[Id]) -> Option<f64> {
         let mut screen = self.screen(session, model, effects);
         self.add_curves(&mut screen, session, model, &Follows::ALL);
         let seen = screen.seen();
         let noise = model.mean_square() * (1.0 - seen);
-        let is_trace = model.mean_square() - noise <= TRACE * (baseline.mean_square() - noise);
+        let is_trace = seen > 0.0 && model.mean_square() - noise <= trace(model) * (baseline.mean_square() - noise);
         let is_alike = noise <= ALIKE * model.usual_square();
-        let is_trace = is_trace && seen > 0.0 && model.effects.len() == 1;
         (noise <= REMEMBERED * session.noise && is_alike && (is_trace || screen.is_noise())).then_some(noise)
     }
 
@@ -488,6 +492,7 @@ impl<'a> Inquiry<'a> {
         }
         // A pair may have found what the single effect missed for want of a good start, and then needs no second effect.
         pairs::apart(&found.session, &found.baseline, &mut found.candidates);
+        found.refine_floor();
         found.decide(true);
         if let Some(pair) = found.selection().with_second(&found.decision) {
             found.decision = pair;

@@ -195,10 +195,12 @@ impl Selection<'_> {
                 || gained > (PAYS_OF_EXCESS * excess).max(PAYS_OF_NOISE * self.noise))
     }
 
-    /// Whether a pair takes so much more away than a single effect that its second one is more than the single one's law in another form.
+    /// Whether a pair takes so much more away than a single effect that its second one is more than the single one's law in another form:
+    /// much of the misfit, or all that is left where that alone would be a misfit.
     fn second_pays(&self, pair: &Candidate, single: &Candidate) -> bool {
         let excess = self.baseline.mean_square() - self.noise;
-        single.mean_square() - pair.mean_square() > SECOND_PAYS * excess
+        let takes_the_rest = self.ratio(single) > REACHES && self.is_at_floor(pair);
+        takes_the_rest || single.mean_square() - pair.mean_square() > SECOND_PAYS * excess
     }
 
     /// Of some models, those that hold the best one as often as [`confidence_set`] says.
@@ -548,6 +550,22 @@ pub(super) mod tests {
         let single = selection.decide(true);
         assert_eq!(single.class, [0, 1]);
         assert_eq!(selection.with_second(&single).unwrap().class, [2, 3]);
+    }
+
+    #[test]
+    fn all_that_is_left_of_a_large_misfit_is_a_second_effects_though_its_share_is_small() {
+        let named = |single: f64, pair: f64| {
+            let candidates = [model(&["driver_drop"], single), model(&["driver_drop", "stribeck_friction"], pair)];
+            let (bootstrap, baseline) = (Bootstrap::new(100, 1), model(&[], 15.0));
+            let selection =
+                Selection { noise: 1.0, baseline: &baseline, candidates: &candidates, bootstrap: &bootstrap };
+            selection.with_second(&selection.decide(true)).and_then(|decision| decision.named())
+        };
+        assert_eq!(named(1.27, 1.0), Some(1));
+        // What a law that is richer than the library's leaves, another one does not take to the floor.
+        assert_eq!(named(1.27, 1.06), None);
+        // And so little needs no second effect.
+        assert_eq!(named(1.2, 1.0), None);
     }
 
     #[test]

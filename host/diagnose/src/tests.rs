@@ -212,9 +212,12 @@ fn what_leaves_a_trace_in_noise_that_remembers_is_not_sought_among_all_effects_a
     }
     let found = diagnose(&bench(), &runs[..4], &runs[4..], &Options::default()).unwrap();
     assert_eq!(found.verdict, Verdict::Explained, "{:?}", found.detail.summary);
-    assert_eq!(found.causes.iter().map(|cause| cause.effect.as_str()).collect::<Vec<_>>(), ["battery_sag"]);
+    // What leaves the trace is asked for beside it.
+    let causes: Vec<&str> = found.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    assert_eq!(causes, ["battery_sag", "sensor_nonlinearity"]);
     assert!(found.after > 1.12 * found.noise_floor, "{} of {}", found.after, found.noise_floor);
-    assert!(found.detail.candidates.len() < 16, "{}", found.detail.candidates.len());
+    let alone = found.detail.candidates.iter().filter(|one| one.effects.len() == 1).count();
+    assert!(alone < 15, "{alone}");
 }
 
 /// The largest share of held readings that a fit to runs may try.
