@@ -164,11 +164,12 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
             outcomes.push(outcome);
         }
     }
-    tell(&outcomes, arguments, first, total)
+    let sizes = plan.map(|(category, count)| format!(" --{} {count}", category.word())).concat();
+    tell(&outcomes, arguments, &format!("cargo blind --seed {first}{sizes}"))
 }
 
-/// Prints, and writes where asked to, what was reached; whether all of it was.
-fn tell(outcomes: &[Outcome], arguments: &Arguments, first: u64, total: u64) -> Result<bool, String> {
+/// Prints, and writes where asked to, what a command has reached; whether all of it was.
+fn tell(outcomes: &[Outcome], arguments: &Arguments, command: &str) -> Result<bool, String> {
     println!("{}\n", report::table(outcomes));
     let bars = report::bars(outcomes);
     for bar in &bars {
@@ -183,9 +184,8 @@ fn tell(outcomes: &[Outcome], arguments: &Arguments, first: u64, total: u64) -> 
     }
     if arguments.write && !outcomes.is_empty() {
         let lines: Vec<_> = bars.iter().map(|bar| bar.line.as_str()).collect();
-        let command = format!("cargo blind --seed {first}");
         let body = format!("```text\n{}\n```", lines.join("\n"));
-        page::write("blind", &command, ("data sets", total), &body).map_err(|error| error.to_string())?;
+        page::write("blind", command, ("data sets", outcomes.len() as u64), &body).map_err(|error| error.to_string())?;
     }
     Ok(arguments.show || bars.iter().all(|bar| bar.reached))
 }
