@@ -185,7 +185,8 @@ fn tell(outcomes: &[Outcome], arguments: &Arguments, command: &str) -> Result<bo
     if arguments.write && !outcomes.is_empty() {
         let lines: Vec<_> = bars.iter().map(|bar| bar.line.as_str()).collect();
         let body = format!("```text\n{}\n```", lines.join("\n"));
-        page::write("blind", command, ("data sets", outcomes.len() as u64), &body).map_err(|error| error.to_string())?;
+        page::write("blind", command, ("data sets", outcomes.len() as u64), &body)
+            .map_err(|error| error.to_string())?;
     }
     Ok(arguments.show || bars.iter().all(|bar| bar.reached))
 }
