@@ -16,7 +16,7 @@ use super::place;
 use super::probe::Follows;
 use super::screen::Screen;
 use super::search::{self, Candidate};
-use super::selection::{Decision, Selection, leaves_much, reaches};
+use super::selection::{Decision, Selection, leaves_much, reaches, trace};
 use super::session::Session;
 use super::verdict::{LeftOver, Verdict};
 use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
@@ -25,9 +25,6 @@ use super::{DiagnoseError, Options, is_implausible, judged, wrong_rig};
 const PASSES: usize = 3;
 /// The same of a robot on the ground, where how the body pulls looks otherwise too.
 const PASSES_ON_GROUND: usize = 4;
-
-/// A law of the library that is nearly the right one leaves at most this share of the misfit; two of them leave as much again.
-const TRACE: f64 = 0.025;
 
 /// Noise is alike in all rollouts: its mean square is at most this many times the usual one's, which it reaches where it remembers
 /// for as long as a rollout. What is rare and large, a shaft that sticks now and then, is no noise, though no curve sees it.
@@ -103,11 +100,6 @@ fn is_even(effect: &Id) -> bool {
 /// Whether a model takes most of the misfit away.
 fn takes_most(model: &Candidate, baseline: &Candidate) -> bool {
     model.mean_square() < MOST * baseline.mean_square()
-}
-
-/// The share of a misfit that a model's laws may leave where they are nearly right.
-fn trace(model: &Candidate) -> f64 {
-    TRACE * model.effects.len() as f64
 }
 
 /// Whether an effect is a friction that differs around the shaft.

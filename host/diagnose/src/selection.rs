@@ -15,10 +15,10 @@ pub(super) const REACHES: f64 = 1.12;
 const PAIR_REACHES: f64 = 1.06;
 /// What explains a misfit removes at least this share of its excess over the floor (mean square), however near the floor is.
 const EXPLAINS: f64 = 0.5;
-/// Up to this factor, a model that removes this share of the excess has reached the floor too.
-const TRACE: (f64, f64) = (1.22, 0.975);
-/// The same for a pair: the traces of two laws add up.
-const PAIR_TRACE: (f64, f64) = (1.22, 0.95);
+/// A law of the library that is nearly the right one leaves at most this share of the misfit.
+const TRACE: f64 = 0.025;
+/// Up to this factor, a model that leaves no more of the excess than its laws' traces has reached the floor too.
+const REACHES_WITH_TRACE: f64 = 1.22;
 /// The refitted nominal model has nothing to explain up to this factor.
 const NOTHING: f64 = 1.08;
 /// Up to this factor a model stands at the floor: that itself is known no better.
@@ -94,8 +94,13 @@ impl Decision {
 pub fn reaches(noise: f64, baseline: &Candidate, model: &Candidate) -> bool {
     let ratio = (model.mean_square() / noise).sqrt();
     let removed = removed(noise, baseline, model);
-    let (near, trace) = if model.effects.len() > 1 { (PAIR_REACHES, PAIR_TRACE) } else { (REACHES, TRACE) };
-    (ratio <= near && removed >= EXPLAINS) || (ratio <= trace.0 && removed >= trace.1)
+    let near = if model.effects.len() > 1 { PAIR_REACHES } else { REACHES };
+    (ratio <= near && removed >= EXPLAINS) || (ratio <= REACHES_WITH_TRACE && removed >= 1.0 - trace(model))
+}
+
+/// The share of a misfit that a model's laws may leave where they are nearly right: the traces of two add up.
+pub(super) fn trace(model: &Candidate) -> f64 {
+    TRACE * model.effects.len() as f64
 }
 
 /// Whether the refitted model leaves more over the floor (mean square noise, rad²) than is passed over.
